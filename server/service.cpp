@@ -2,6 +2,7 @@
 
 #include "server/heap.h"
 #include "server/maps/spare_room.h"
+#include "server/memory_plan.h"
 #include "server/observe/log.h"
 #include "server/open_stores.h"
 #include "server/sandbox/pool.h"
@@ -127,6 +128,7 @@ void Service::watch_levels() {
   watch(Level::connections_dropped, [this] { return guard_.dropped(); });
   watch(Level::upload_bytes, [this] { return uploads_.used(); });
   watch(Level::upload_limit_bytes, [this] { return uploads_.max_bytes(); });
+  watch_memory(metrics_, jobs_.memory());
   watch_cache(metrics_, stores_.cache, settings_.max_cache_bytes);
   if (stores_.maps) {
     watch(Level::map_cache_bytes, [this] { return stores_.maps->counters().bytes; });
@@ -202,6 +204,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
+  log_event("memory", memory_text(settings));
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
   if (!settings.keys_file.empty() && settings.tls_certificate.empty()) {
     log_event("access", "keys are sent unencrypted; set tls_certificate, or use a proxy in front that speaks TLS");

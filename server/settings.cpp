@@ -8,9 +8,9 @@
 
 #include "api/processors.h"
 #include "api/refused.h"
-#include "engine/mesh.h"
 #include "server/access/cors.h"
 #include "server/access/origin_check.h"
+#include "server/memory_plan.h"
 #include "server/store/conninfo.h"
 
 namespace meshgauge::server {
@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::uint64_t kMostThreads = 4096;
 
-constexpr std::uint64_t kMostElements = std::uint64_t{1} << 32;  // an index has 32 bits
 constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
+constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 50;
 constexpr std::uint64_t kLeastParserMemory = std::uint64_t{32} << 20;  // a program with no file
-constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the program, and a reader's own tables
 
 // Returns the end of a message: ", not 70000".
 std::string not_value(std::uint64_t value) { return ", not " + std::to_string(value); }
@@ -63,20 +63,17 @@ Result<Done> check_times(const Settings& s) {
   return Done{};
 }
 
-// The memory that a reader process may need for a file that reaches all limits: the expanded file, and each array twice
-// while it grows or vertices are welded. An uncompressed file is mapped and does not count.
-std::uint64_t memory_of_a_parser(const Settings& s) {
-  const std::uint64_t arrays = std::min(s.max_vertices, kMostElements) * sizeof(Vec3) +
-                               std::min(s.max_triangles, kMostElements) * sizeof(Triangle);
-  const std::uint64_t expanded = std::min(s.max_expanded_bytes, kMostParserMemory);
-  return std::min(expanded + 2 * arrays + kBesideArrays, kMostParserMemory);
-}
-
 Result<Done> check_parsers(const Settings& s) {
   if (auto ok = check_most("--parsers", s.parsers, kMostThreads); !ok) return ok;
   if (s.parser_memory_bytes >= kLeastParserMemory && s.parser_memory_bytes <= kMostParserMemory) return Done{};
   return refused("--parser-memory-bytes must be from " + std::to_string(kLeastParserMemory) + " to " +
                  std::to_string(kMostParserMemory) + not_value(s.parser_memory_bytes));
+}
+
+Result<Done> check_memory(const Settings& s) {
+  if (s.max_memory_bytes >= kLeastMemory && s.max_memory_bytes <= kMostMemory) return Done{};
+  return refused("--max-memory-bytes must be from " + std::to_string(kLeastMemory) + " to " +
+                 std::to_string(kMostMemory) + not_value(s.max_memory_bytes));
 }
 
 bool is_bucket(std::string_view url) {
@@ -146,8 +143,9 @@ Result<Settings> checked(Settings s) {
   if (s.workers == 0) s.workers = api::processors();
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (auto ok = check_times(s); !ok) return ok.error();
-  if (s.parsers == 0) s.parsers = s.workers;
-  if (s.parser_memory_bytes == 0) s.parser_memory_bytes = memory_of_a_parser(s);
+  if (s.parsers == 0) s.parsers = s.workers + kGuests;
+  plan_memory(machine_memory(s.temp_dir), s);
+  if (auto ok = check_memory(s); !ok) return ok.error();
   if (auto ok = check_parsers(s); !ok) return ok.error();
   if (auto ok = check_database(s); !ok) return ok.error();
   if (auto ok = check_leases(s); !ok) return ok.error();

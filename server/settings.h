@@ -42,10 +42,11 @@ struct Settings {
   std::uint64_t max_vertices = 50'000'000;
   std::uint64_t max_triangles = 50'000'000;
   std::uint64_t max_expanded_bytes = std::uint64_t{2} << 30;
+  std::uint64_t max_memory_bytes = 0;  // 0: what the machine can spare
   std::uint64_t max_heap_bytes = std::uint64_t{512} << 20;
   std::uint64_t max_cache_bytes = std::uint64_t{1} << 30;
-  std::uint64_t parsers = 0;              // 0: as many as workers
-  std::uint64_t parser_memory_bytes = 0;  // 0: derived from the limits on files
+  std::uint64_t parsers = 0;              // 0: one more than workers
+  std::uint64_t parser_memory_bytes = 0;  // 0: derived from the limits on files and memory
   bool require_sandbox = false;
   std::string data_dir = ".meshgauge";
   std::uint64_t result_ttl_s = 86'400;
@@ -113,17 +114,28 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"grace_ms", "Time that running requests have to finish after SIGTERM"}, s.grace_ms);
   visit({"max_part_bytes", "Maximum size of a mesh file"}, s.max_part_bytes);
   visit({"max_request_bytes", "Maximum size of a request body"}, s.max_request_bytes);
-  visit({"max_upload_bytes", "Maximum size of all uploads together that are being received or measured"},
+  visit({"max_upload_bytes",
+         "Maximum size of all uploads together that are being received or measured; with temp_dir on a tmpfs at most a "
+         "quarter of the machine's memory"},
         s.max_upload_bytes);
   visit({"max_vertices", "Maximum number of vertices of a mesh"}, s.max_vertices);
   visit({"max_triangles", "Maximum number of triangles of a mesh"}, s.max_triangles);
   visit({"max_expanded_bytes", "Maximum size of a gzip-compressed or 3MF file after decompression"},
         s.max_expanded_bytes);
-  visit({"max_heap_bytes", "Maximum memory of one comparison's search, without its meshes and trees"},
+  visit({"max_memory_bytes",
+         "Maximum memory of all comparisons and reader processes together; 0: what the machine can spare"},
+        s.max_memory_bytes);
+  visit({"max_heap_bytes",
+         "Maximum memory of one comparison's search, without its meshes and trees; all searches together get a quarter "
+         "of max_memory_bytes"},
         s.max_heap_bytes);
-  visit({"max_cache_bytes", "Maximum memory of cached stored meshes with their trees; 0: no cache"}, s.max_cache_bytes);
-  visit({"parsers", "Maximum number of reader processes, each reading one file; 0: one per worker"}, s.parsers);
-  visit({"parser_memory_bytes", "Maximum memory of a reader process; 0: derived from the limits on files"},
+  visit(
+      {"max_cache_bytes",
+       "Maximum memory of cached stored meshes with their trees, and at most an eighth of the machine's; 0: no cache"},
+      s.max_cache_bytes);
+  visit({"parsers", "Maximum number of reader processes, each reading one file; 0: one more than workers"}, s.parsers);
+  visit({"parser_memory_bytes",
+         "Maximum memory of a reader process; 0: derived from the limits on files, at most half of max_memory_bytes"},
         s.parser_memory_bytes);
   visit({"require_sandbox", "End the start where the kernel lacks a protection of the processes that read uploads"},
         s.require_sandbox);
@@ -159,6 +171,9 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"log_requests", "Which requests are logged: all, problems or none"}, s.log_requests);
 }
 
+// Worker threads beside `workers`, for clients that have no comparison running (scheduler.h).
+inline constexpr std::uint64_t kGuests = 1;
+
 api::RequestLimits request_limits(const Settings& settings);  // limits of one request's options
 api::ReadLimits read_limits(const Settings& settings);        // limits of one mesh file
 
@@ -169,9 +184,9 @@ inline bool is_distributed(const Settings& settings) { return !settings.database
 // Precondition: settings come from checked().
 std::uint64_t max_files_sent(const Settings& settings);
 
-// Returns the settings with values for `workers`, `parsers`, `parser_memory_bytes` and `simd` in place of 0 and auto.
-// An Error names the flag of a value that is out of range, contradicts another one, or asks for an instruction set that
-// this processor lacks.
+// Returns the settings with values for `workers`, `parsers` and `simd` in place of 0 and auto, and those of
+// memory_plan.h. An Error names the flag of a value that is out of range, contradicts another one, or asks for an
+// instruction set that this processor lacks.
 Result<Settings> checked(Settings settings);
 
 }  // namespace meshgauge::server

@@ -50,13 +50,19 @@ std::string defect_of(sandbox::Pool& pool) {
 }
 
 Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits) {
-  return [&pool, &cache, limits](const MeshSource& source, Control& job) {
+  return [&pool, &cache, limits](const MeshSource& source, MemoryReservation& memory,
+                                 Control& job) -> Result<api::SharedMesh> {
     const auto load = [&](Prepared::Use use, Control& control) {
-      return api::prepare(pool.load(source.input, limits, control), source.input, use, control);
+      return api::prepare(pool.load(source.input, limits, control, &memory), source.input, use, control);
     };
     if (!source.kept) return load(Prepared::Use::once, job);
-    return cache.get(
+    const std::uint64_t before = memory.taken_meshes();
+    auto mesh = cache.get(
         *source.kept, [&](Control& control) { return load(Prepared::Use::often, control); }, job);
+    if (!mesh || memory.taken_meshes() > before) return mesh;
+    // One that was cached: it may leave the cache while it is in use.
+    if (const auto ok = memory.take_mesh((*mesh)->facts.vertices, (*mesh)->facts.triangles); !ok) return ok.error();
+    return mesh;
   };
 }
 
@@ -122,6 +128,11 @@ void record_request(const Exchange& exchange, const Settings& settings, Metrics&
   const bool wanted =
       settings.log_requests == "all" || (settings.log_requests == "problems" && !exchange.problem.empty());
   if (wanted) log_request(exchange, seconds);
+}
+
+void watch_memory(Metrics& metrics, const MemoryBudget& memory) {
+  metrics.watch(Level::memory_reserved_bytes, [&memory] { return static_cast<double>(memory.reserved()); });
+  metrics.watch(Level::memory_limit_bytes, [&memory] { return static_cast<double>(memory.bytes()); });
 }
 
 void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes) {

@@ -49,6 +49,7 @@ void reload_secrets(Access& access, std::optional<Tls>& tls);
 // Counts a request and, depending on log_requests, logs it. Call after the last byte of its response.
 void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics);
 
+void watch_memory(Metrics& metrics, const MemoryBudget& memory);
 void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows the cache
 
 // end: SIGTERM, SIGINT, or SIGHUP because the terminal was closed. reload: any other SIGHUP.

@@ -31,8 +31,13 @@ std::mutex& parsing() {
 }  // namespace
 
 BatchReceiver::BatchReceiver(std::string owner, bool keep, const Settings& settings, const Stores& stores,
-                             Access& access, ByteBudget& budget)
-    : owner_(std::move(owner)), keep_(keep), settings_(settings), stores_(stores), access_(access), budget_(budget) {}
+                             Access& access, UploadShare share)
+    : owner_(std::move(owner)),
+      keep_(keep),
+      settings_(settings),
+      stores_(stores),
+      access_(access),
+      share_(std::move(share)) {}
 
 BatchReceiver::~BatchReceiver() {
   std::vector<std::string> ids;
@@ -60,7 +65,7 @@ BatchReceiver::Refusal BatchReceiver::expect(Exchange& exchange) {
   std::string_view type = exchange.head.header("content-type");
   if (take_kind(type) == "application/json") {
     current_.name = "body";
-    upload_ = std::make_unique<Upload>(budget_, settings_.temp_dir);
+    upload_ = std::make_unique<Upload>(share_, settings_.temp_dir);
     return std::nullopt;
   }
   std::string boundary;
@@ -81,7 +86,7 @@ BatchReceiver::Refusal BatchReceiver::complete() {
 
 BatchReceiver::Refusal BatchReceiver::begin(const FieldHead& field) {
   current_ = field;
-  upload_ = std::make_unique<Upload>(budget_, settings_.temp_dir);
+  upload_ = std::make_unique<Upload>(share_, settings_.temp_dir);
   if (!parsed_) {
     if (field.name == kManifest) return std::nullopt;
     return field_problem(ProblemKind::malformed_request, kManifest,

@@ -35,7 +35,7 @@ class BatchReceiver final : public MultipartSink {
   // Borrows all but the owner. `keep`: store each file as a blob when it has arrived, reserved for the lifetime of this
   // object. Without it, files are only hashed.
   BatchReceiver(std::string owner, bool keep, const Settings& settings, const Stores& stores, Access& access,
-                ByteBudget& budget);
+                UploadShare share);
   // Removes stored files that no row refers to; in the distributed form a sweep does.
   ~BatchReceiver() override;
   BatchReceiver(const BatchReceiver&) = delete;
@@ -73,7 +73,7 @@ class BatchReceiver final : public MultipartSink {
   const Settings& settings_;
   const Stores& stores_;
   Access& access_;
-  ByteBudget& budget_;
+  const UploadShare share_;
   api::BatchRequest request_;
   bool parsed_ = false;
   std::set<std::string> awaited_;  // fields that the manifest names

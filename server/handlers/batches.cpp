@@ -65,8 +65,8 @@ void Batches::create(Exchange& exchange, bool draining) {
   if (refusal) repeats = is_known(exchange.owner, key);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
   if (refusal && !*repeats) return answer(exchange, *refusal);
-  const auto receiver =
-      std::make_shared<BatchReceiver>(exchange.owner, !*repeats, settings_, stores_, access_, uploads_);
+  const UploadShare share(uploads_, client_of(exchange));
+  const auto receiver = std::make_shared<BatchReceiver>(exchange.owner, !*repeats, settings_, stores_, access_, share);
   BatchReceiver::receive(receiver, exchange, [this, &exchange, key, known = *repeats, receiver](const auto& wrong) {
     wrong ? answer(exchange, *wrong) : insert(exchange, key, *receiver, known);
   });

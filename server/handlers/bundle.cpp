@@ -24,7 +24,7 @@ std::uint64_t bytes_of(const MeshField& field) {
   return bytes;
 }
 
-std::optional<Problem> combine_files(MeshField& field, std::uint64_t most, ByteBudget& budget,
+std::optional<Problem> combine_files(MeshField& field, std::uint64_t most, const UploadShare& share,
                                      const std::string& temp_dir) {
   if (field.files.empty()) return std::nullopt;
   const std::string& name = field.head.name;
@@ -42,7 +42,7 @@ std::optional<Problem> combine_files(MeshField& field, std::uint64_t most, ByteB
         ProblemKind::too_large, name,
         "the part '" + name + "' with its files is larger than the limit of " + std::to_string(limit) + " bytes");
   }
-  auto archive = std::make_unique<Upload>(budget, temp_dir);
+  auto archive = std::make_unique<Upload>(share, temp_dir);
   std::optional<Problem> refusal;
   api::BundleWriter writer([&](std::string_view piece) { return !(refusal = archive->append(piece)); });
   for (SentFile& file : files) {

@@ -33,7 +33,7 @@ std::uint64_t bytes_of(const MeshField& field);
 //
 // Returns a problem if the mesh is not a JSON document, if the archive is larger than `most` bytes or 4 GiB, or if
 // Upload::append() returns one. Precondition: all uploads are finished, and their paths differ.
-std::optional<api::Problem> combine_files(MeshField& field, std::uint64_t most, ByteBudget& budget,
+std::optional<api::Problem> combine_files(MeshField& field, std::uint64_t most, const UploadShare& share,
                                           const std::string& temp_dir);
 
 }  // namespace meshgauge::server

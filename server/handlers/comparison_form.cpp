@@ -51,7 +51,7 @@ FormReceiver::Refusal FormReceiver::begin(const FieldHead& field) {
 FormReceiver::Refusal FormReceiver::begin_mesh(const FieldHead& field, MeshField& mesh) {
   if (mesh.upload) return twice(field.name);
   mesh.head = field;
-  mesh.upload = std::make_unique<Upload>(budget_, settings_.temp_dir);
+  mesh.upload = std::make_unique<Upload>(share_, settings_.temp_dir);
   mesh_ = &mesh;
   upload_ = mesh.upload.get();
   return std::nullopt;
@@ -78,7 +78,7 @@ FormReceiver::Refusal FormReceiver::begin_file(const FieldHead& field, MeshField
                                                    : "differs from " + api::in_quotes(sent->path) +
                                                          " by letter case alone: rename one of the files"));
   }
-  mesh.files.push_back({std::move(file.path), std::make_unique<Upload>(budget_, settings_.temp_dir)});
+  mesh.files.push_back({std::move(file.path), std::make_unique<Upload>(share_, settings_.temp_dir)});
   mesh_ = &mesh;
   upload_ = mesh.files.back().upload.get();
   return std::nullopt;
@@ -106,7 +106,7 @@ FormReceiver::Refusal FormReceiver::complete() {
   if (!form_.a.upload) return missing("a");
   if (!form_.b.upload) return missing("b");
   for (MeshField* mesh : {&form_.a, &form_.b}) {
-    if (auto refusal = combine_files(*mesh, settings_.max_part_bytes, budget_, settings_.temp_dir)) return refusal;
+    if (auto refusal = combine_files(*mesh, settings_.max_part_bytes, share_, settings_.temp_dir)) return refusal;
   }
   return std::nullopt;
 }

@@ -21,8 +21,8 @@ struct Form {
 class FormReceiver final : public MultipartSink {
  public:
   // Borrows all three.
-  FormReceiver(Form& form, const Settings& settings, ByteBudget& budget)
-      : form_(form), settings_(settings), budget_(budget) {}
+  FormReceiver(Form& form, const Settings& settings, UploadShare share)
+      : form_(form), settings_(settings), share_(std::move(share)) {}
 
   Refusal begin(const FieldHead& field) override;
   Refusal data(std::string_view piece) override;
@@ -38,7 +38,7 @@ class FormReceiver final : public MultipartSink {
 
   Form& form_;
   const Settings& settings_;
-  ByteBudget& budget_;
+  const UploadShare share_;
   std::string current_;        // name of the part that is arriving
   MeshField* mesh_ = nullptr;  // that it belongs to; null for options
   Upload* upload_ = nullptr;   // of it; null for options

@@ -61,7 +61,7 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
 
 // A POST, as far as it is parsed.
 struct Comparisons::Post {
-  Post(const Settings& settings, ByteBudget& uploads) : receiver(form, settings, uploads) {}
+  Post(const Settings& settings, const UploadShare& share) : receiver(form, settings, share) {}
 
   Terms terms;
   bool repeats = false;  // a comparison with its Idempotency-Key is stored
@@ -94,16 +94,17 @@ void Comparisons::refuse(Exchange& exchange) const {
   if (draining_.load()) return answer(exchange, shutting_down());
   // One that repeats an Idempotency-Key needs no place.
   if (!exchange.head.header("idempotency-key").empty()) return;
-  if (jobs_.has_place(kind_of(preferences(exchange.head)))) return;
+  if (jobs_.has_place(kind_of(preferences(exchange.head)), client_of(exchange))) return;
   answer(exchange, queue_full(), jobs_.expected_wait());
 }
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, shutting_down());
-  const auto post = std::make_shared<Post>(settings_, uploads_);
+  const auto post = std::make_shared<Post>(settings_, UploadShare(uploads_, client_of(exchange)));
   post->terms.preferences = preferences(exchange.head);
   Submission& submission = post->submission;
   submission.key = {exchange.owner, exchange.id};
+  submission.client = client_of(exchange);
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
   submission.durable = post->terms.durable = post->terms.preferences.wait || !submission.idempotency_key.empty();
@@ -122,7 +123,7 @@ bool Comparisons::repeat_if_known(Exchange& exchange, const std::shared_ptr<Post
 }
 
 void Comparisons::admit(Exchange& exchange, const std::shared_ptr<Post>& post) {
-  auto slot = jobs_.admit(kind_of(post->terms.preferences));
+  auto slot = jobs_.admit(kind_of(post->terms.preferences), post->submission.client);
   if (!slot) {
     if (repeat_if_known(exchange, post)) return;
     return answer(exchange, queue_full(), jobs_.expected_wait());

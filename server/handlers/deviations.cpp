@@ -98,7 +98,7 @@ Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Acce
       access_(access),
       metrics_(metrics),
       fetch_(std::move(fetch)),
-      tools_{settings, fetch_, *stores.maps, jobs.threads()},
+      tools_{settings, fetch_, *stores.maps, jobs.threads(), jobs.memory()},
       sending_(ConnectionLimit::shared(max_files_sent(settings))) {}
 
 // Waits for idle_, not for a use_count of 1: reading use_count() does not synchronize with the tasks' writes.
@@ -209,7 +209,7 @@ std::optional<Problem> Deviations::open_meshes(MapRequest& request) {
 void Deviations::make(Exchange& exchange, MapRequest& request) {
   if (jobs_.draining()) return answer(exchange, shutting_down());
   // Every waiting client occupies a connection and so takes a place, even if the map is already being made.
-  auto slot = jobs_.admit_work();
+  auto slot = jobs_.admit_work(client_of(exchange));
   if (!slot) {
     return answer(exchange, queue_full(), jobs_.expected_wait_for_work());
   }
@@ -217,6 +217,7 @@ void Deviations::make(Exchange& exchange, MapRequest& request) {
   if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
   const auto place = std::make_shared<const JobSlot>(std::get<JobSlot>(std::move(counted)));
   const Label label{request.etag, request.order.query, request.row.key.id};
+  request.order.client = client_of(exchange);
   const auto making = std::make_shared<Watching>(*this, begin(request, slot));
   making->get().on_end(exchange.wake);
   exchange.response.later = [this, making, place, label](Exchange& later) { return look(later, label, making->get()); };
@@ -280,7 +281,7 @@ std::shared_ptr<Making> Deviations::begin(MapRequest& request, std::optional<Sch
 void Deviations::submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
   const MapOrder& order = making->order;
   jobs_.work(std::move(slot),
-             {order.key.job.owner, order.bytes, order.timeout, std::shared_ptr<Control>(making, &making->control),
+             {order.client, order.bytes, order.timeout, std::shared_ptr<Control>(making, &making->control),
               [this, making, works = works_](Scheduler::Slot held) { run(making, std::move(held)); }});
 }
 

@@ -81,7 +81,7 @@ void Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, const std::str
   auto room = hold_room(exchange.owner, new_bytes);
   if (const auto* denial = std::get_if<Denial>(&room)) return answer(exchange, *denial);
   const auto held = std::make_shared<const StorageHold>(std::get<StorageHold>(std::move(room)));
-  const auto upload = std::make_shared<Upload>(uploads_, settings_.temp_dir);
+  const auto upload = std::make_shared<Upload>(UploadShare(uploads_, client_of(exchange)), settings_.temp_dir);
   const auto add = [this, upload](std::string_view piece) -> std::optional<Problem> {
     if (upload->size() + piece.size() <= settings_.max_part_bytes) return upload->append(piece);
     return Problem{ProblemKind::too_large,

@@ -13,7 +13,9 @@ inline api::Problem shutting_down() {
 }
 
 inline api::Problem queue_full() {
-  return {api::ProblemKind::overloaded, "all workers are busy and the queue is full; retry later", {}};
+  return {api::ProblemKind::overloaded,
+          "all workers are busy, and the queue or this client's share of it is full; retry later",
+          {}};
 }
 
 // For clients that would occupy a connection for long: to follow events, download rows, or wait for a result.

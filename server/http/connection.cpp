@@ -17,6 +17,8 @@ void Connection::consume(std::size_t n) {
   }
 }
 
+std::string Connection::peer() const { return peer_of(fd_); }
+
 bool Connection::take_place(ConnectionLimit& peers) {
   if (!place_) place_ = peers.take(peer_of(fd_));
   return place_ != nullptr;

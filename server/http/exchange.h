@@ -56,6 +56,7 @@ struct Exchange {
       : id(std::move(unique_id)), head(request_head), body(request_body), trace(continue_trace(request_head)) {}
 
   std::string id;       // random, 128 bits; also the id of a comparison that this request creates
+  std::string peer;     // the client's address, as of peer_of()
   std::string owner;    // id of the client's key; empty: the service runs without keys
   std::string route;    // the router's template; empty: none matched
   std::string segment;  // the part of the path that matched {} in the template
@@ -76,6 +77,11 @@ struct Exchange {
   std::vector<api::Stage> stages;
   std::optional<MeshSizes> triangles;
 };
+
+// The client that shares are counted for: the owner; without keys, the address.
+inline const std::string& client_of(const Exchange& exchange) {
+  return exchange.owner.empty() ? exchange.peer : exchange.owner;
+}
 
 // Sets the response to a problem document, whatever it was before. With status 429 or 503 it gets Retry-After: 1 s, or
 // `retry_after` rounded up to whole seconds, 1 to 60.

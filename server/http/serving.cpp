@@ -17,6 +17,9 @@ using std::chrono::milliseconds;
 constexpr milliseconds kWriteTime{30'000};  // for a response, or a piece of a stream
 constexpr milliseconds kFilePieceTime{10'000};
 constexpr std::size_t kLeastFileBytesPerMs = 512;
+// A body holds what others wait for: it may stop for this share of its time.
+constexpr int kStallShare = 8;
+constexpr milliseconds kLeastStall{1000};
 constexpr milliseconds kSilence{15'000};  // proxies close connections that are silent for longer
 
 Clock::time_point after(milliseconds time) { return Clock::now() + time; }
@@ -39,6 +42,10 @@ Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms) {
       return {ProblemKind::too_many_requests,
               "too many requests from this client address are still arriving; retry in a moment",
               {}};
+    case Lost::stalled:
+      return {ProblemKind::request_timeout,
+              "no byte of the " + what + " arrived for " + std::to_string(time_ms) + " ms",
+              {}};
     case Lost::timeout:
       break;
   }
@@ -54,6 +61,7 @@ Serving::Serving(Edge& edge, Connection& connection, Head head, const std::optio
       body_(connection, head_, edge.settings.max_request_bytes),
       exchange_(api::random_id(), head_, body_),
       close_(refusal.has_value() || !head_.keep_alive) {
+  exchange_.peer = connection.peer();
   exchange_.wake = std::move(wake);
   if (refusal) answer(exchange_, *refusal);
 }
@@ -114,17 +122,27 @@ Serving::State Serving::advance() {
 
 // done: the handler has got the whole body, or why there is none.
 Serving::Step Serving::receive_body() {
-  if (!deadline_) deadline_ = after(milliseconds(static_cast<std::int64_t>(edge_.settings.body_timeout_ms)));
-  if (Clock::now() >= *deadline_) lost_ = Lost::timeout;  // also when bytes keep coming
+  const milliseconds time(static_cast<std::int64_t>(edge_.settings.body_timeout_ms));
+  const milliseconds pause = std::max(kLeastStall, time / kStallShare);
+  if (!deadline_) {
+    body_latest_ = after(time);
+    deadline_ = std::min(body_latest_, after(pause));
+  }
+  if (Clock::now() >= body_latest_) lost_ = Lost::timeout;  // also when bytes keep coming
   try {
+    const std::uint64_t before = body_.bytes();
     const Step step = lost_ ? Step::closed : body_.go_on();
     if (step == Step::done) {
       if (body_.consumed()) connection_.release_place();
       return Step::done;
     }
-    if (step != Step::closed && connection_.take_place(edge_.peers)) return step;
+    const auto now = Clock::now();
+    if (body_.bytes() > before) deadline_ = std::min(body_latest_, now + pause);
+    if (!lost_ && step != Step::closed && now >= *deadline_) lost_ = Lost::stalled;
+    if (!lost_ && step != Step::closed && connection_.take_place(edge_.peers)) return step;
     if (!lost_) lost_ = step == Step::closed ? Lost::closed : Lost::peer_limit;
-    body_.stop(not_arrived(*lost_, "body", edge_.settings.body_timeout_ms));
+    body_.stop(
+        not_arrived(*lost_, "body", static_cast<std::uint64_t>((lost_ == Lost::stalled ? pause : time).count())));
   } catch (const std::exception& error) {
     fail(error);
   }

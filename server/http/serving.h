@@ -17,7 +17,7 @@
 namespace meshgauge::server {
 
 // Why a head or body did not arrive. peer_limit: too many connections of this address are being waited for.
-enum class Lost { closed, timeout, aborted, peer_limit };
+enum class Lost { closed, timeout, stalled, aborted, peer_limit };
 
 // Returns the problem of a head or body (`what` names which) that did not arrive. `time_ms`: the limit, for the
 // message.
@@ -66,7 +66,8 @@ class Serving {
   bool composed_ = false;
   bool close_;  // after this response
   std::optional<Lost> lost_;
-  std::optional<Clock::time_point> deadline_;            // of the body, then of what is being written
+  std::optional<Clock::time_point> deadline_;            // of the body's next bytes, then of what is being written
+  Clock::time_point body_latest_;                        // of the whole body
   Clock::time_point latest_ = Clock::time_point::max();  // of the whole response
   Clock::time_point last_piece_ = Clock::now();          // of a stream
 };

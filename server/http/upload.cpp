@@ -7,6 +7,7 @@
 
 #include <cerrno>
 
+#include "server/access/share.h"
 #include "server/store/errors.h"
 
 namespace meshgauge::server {
@@ -35,18 +36,33 @@ int open_unnamed_file(const std::string& directory) {
   return named;
 }
 
-bool ByteBudget::take(std::uint64_t bytes) {
-  std::uint64_t used = used_.load();
-  do {
-    if (bytes > max_bytes_ || used > max_bytes_ - bytes) return false;
-  } while (!used_.compare_exchange_weak(used, used + bytes));
+bool ByteBudget::take(std::uint64_t bytes, const std::string& client) {
+  const std::lock_guard lock(mutex_);
+  const auto found = used_by_.find(client);
+  const std::uint64_t own = found == used_by_.end() ? 0 : found->second;
+  if (bytes > max_bytes_ - used_ || !within_share(own, max_bytes_ - used_)) return false;
+  used_by_[client] = own + bytes;
+  used_ += bytes;
   return true;
+}
+
+void ByteBudget::give(std::uint64_t bytes, const std::string& client) {
+  const std::lock_guard lock(mutex_);
+  const auto found = used_by_.find(client);
+  if (found == used_by_.end()) return;
+  used_ -= bytes;
+  if ((found->second -= bytes) == 0) used_by_.erase(found);
+}
+
+std::uint64_t ByteBudget::used() const {
+  const std::lock_guard lock(mutex_);
+  return used_;
 }
 
 Upload::~Upload() {
   if (mapped_) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
   close_file();
-  budget_.give(size_);
+  share_.budget->give(size_, share_.client);
 }
 
 void Upload::close_file() {
@@ -55,11 +71,11 @@ void Upload::close_file() {
 }
 
 Upload::Refusal Upload::append(std::string_view piece) {
-  if (!budget_.take(piece.size())) {
-    return api::Problem{
-        api::ProblemKind::overloaded,
-        "all uploads together are at their limit of " + std::to_string(budget_.max_bytes()) + " bytes; retry later",
-        {}};
+  if (!share_.budget->take(piece.size(), share_.client)) {
+    return api::Problem{api::ProblemKind::overloaded,
+                        "all uploads together are at their limit of " + std::to_string(share_.budget->max_bytes()) +
+                            " bytes, or those of this client at its share of it; retry later",
+                        {}};
   }
   size_ += piece.size();
   if (file_ >= 0 || memory_.size() + piece.size() > kMaxInMemory) return spill(piece);

@@ -1,13 +1,15 @@
 // The bytes of one uploaded file: up to 256 KiB in memory, more in an unnamed temporary file.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "api/problem.h"
@@ -15,19 +17,31 @@
 
 namespace meshgauge::server {
 
-// Limits the bytes that all uploads hold together. Thread safe.
+// Limits the bytes that all uploads hold together, and each client's share of them (share.h). Thread safe.
 class ByteBudget {
  public:
   explicit ByteBudget(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  bool take(std::uint64_t bytes);  // false: the limit would be exceeded; nothing is taken
-  void give(std::uint64_t bytes) { used_.fetch_sub(bytes); }
+  // False: the limit or the client's share would be exceeded; nothing is taken.
+  bool take(std::uint64_t bytes, const std::string& client);
+  void give(std::uint64_t bytes, const std::string& client);
   std::uint64_t max_bytes() const { return max_bytes_; }
-  std::uint64_t used() const { return used_.load(); }
+  std::uint64_t used() const;
 
  private:
   const std::uint64_t max_bytes_;
-  std::atomic<std::uint64_t> used_{0};
+  mutable std::mutex mutex_;  // guards what follows
+  std::uint64_t used_ = 0;
+  std::map<std::string, std::uint64_t> used_by_;  // no zeros
+};
+
+// The budget as one client sees it; borrowed.
+struct UploadShare {
+  // NOLINTNEXTLINE(google-explicit-constructor): a budget is the share of the only client
+  UploadShare(ByteBudget& all, std::string name = "") : budget(&all), client(std::move(name)) {}
+
+  ByteBudget* budget;
+  std::string client;
 };
 
 class Upload {
@@ -35,7 +49,7 @@ class Upload {
   using Refusal = std::optional<api::Problem>;
 
   // Borrows the budget; the destructor gives back what append() took. `temp_dir`: directory of the temporary file.
-  Upload(ByteBudget& budget, std::string temp_dir) : budget_(budget), temp_dir_(std::move(temp_dir)) {}
+  Upload(UploadShare share, std::string temp_dir) : share_(std::move(share)), temp_dir_(std::move(temp_dir)) {}
   ~Upload();
   Upload(const Upload&) = delete;
   Upload& operator=(const Upload&) = delete;
@@ -53,7 +67,7 @@ class Upload {
   Refusal spill(std::string_view piece);
   void close_file();
 
-  ByteBudget& budget_;
+  const UploadShare share_;
   std::string temp_dir_;
   std::vector<std::byte> memory_;
   int file_ = -1;

@@ -68,6 +68,7 @@ std::shared_ptr<LiveJob> Jobs::job_of(Submission submission) const {
   auto row = row_of(submission, stores_.jobs.time(), seconds(settings_.result_ttl_s));
   auto job = std::make_shared<LiveJob>(std::move(row), limited(submission.request, settings_), std::move(submission.a),
                                        std::move(submission.b), submission.durable);
+  if (!submission.client.empty()) job->client = submission.client;
   if (submission.counted) job->counted.emplace(std::move(*submission.counted));
   return job;
 }

@@ -1,4 +1,5 @@
 #include "server/jobs/jobs.h"
+#include "server/memory_plan.h"
 
 #include <utility>
 
@@ -40,7 +41,8 @@ Jobs::Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access,
       metrics_(metrics),
       store_errors_(metrics),
       threads_(settings.workers),
-      measuring_(settings, std::move(fetch), metrics, threads_, stores.jobs),
+      memory_(memory_for_meshes(settings)),
+      measuring_(settings, std::move(fetch), metrics, threads_, memory_, stores.jobs),
       scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}),
       unneeded_(stores, store_errors_),
       watcher_(
@@ -80,7 +82,7 @@ Result<Done> Jobs::recover() {
       stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
   if (!rows) return rows.error();
   for (const store::Job& row : *rows) {
-    watcher_.adopt(row, scheduler_.admit_again(), access_.adopt_job(row.key.owner));
+    watcher_.adopt(row, scheduler_.admit_again(row.key.owner), access_.adopt_job(row.key.owner));
   }
   worker_->start();
   return Done{};
@@ -102,14 +104,16 @@ void Jobs::stop() {
 }
 
 // In the distributed form a durable job holds its slot until it is stored; from then on the store counts it.
-std::optional<Scheduler::Slot> Jobs::admit(Kind kind) {
-  return has_place(kind) ? scheduler_.admit(kind) : std::nullopt;
+std::optional<Scheduler::Slot> Jobs::admit(Kind kind, const std::string& client) {
+  return is_full(kind) ? std::nullopt : scheduler_.admit(kind, client);
 }
 
-bool Jobs::has_place(Kind kind) const {
-  const auto taken = figures();
-  return kind == Kind::durable ? taken.durable_slots < settings_.max_queued_jobs
-                               : taken.awaited_slots < settings_.workers + settings_.queue;
+bool Jobs::has_place(Kind kind, const std::string& client) const {
+  return !is_full(kind) && scheduler_.has_place(kind, client);
+}
+
+bool Jobs::is_full(Kind kind) const {
+  return queue_ && kind == Kind::durable && figures().durable_slots >= settings_.max_queued_jobs;
 }
 
 Scheduler::Figures Jobs::figures() const {
@@ -131,7 +135,7 @@ void Jobs::run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slo
       [watched = job.get()](const Progress& p) { watched->progressed(certified(p.lower, p.upper, p.stage)); },
       kProgressInterval);
   scheduler_.submit(std::move(slot),
-                    {job->key.owner, job->bytes, job->request.timeout, std::shared_ptr<Control>(job, &job->control),
+                    {job->client, job->bytes, job->request.timeout, std::shared_ptr<Control>(job, &job->control),
                      [this, job](Scheduler::Slot held) { measure_unstored(*job, std::move(held)); }});
 }
 

@@ -24,6 +24,7 @@
 #include "server/jobs/kept_blobs.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/measuring.h"
+#include "server/jobs/memory_budget.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/store_errors.h"
 #include "server/jobs/store_queue.h"
@@ -39,6 +40,7 @@ namespace meshgauge::server {
 
 struct Submission {
   store::JobKey key;
+  std::string client;  // that shares are counted for (share.h)
   api::Request request;
   std::string options;  // the JSON that `request` was read from
   MeshSource a;
@@ -66,9 +68,9 @@ class Jobs {
 
   // An error: the store does not answer, so no comparison can be accepted. Never blocks.
   Result<Done> available() const { return queue_ ? queue_->available() : Done{}; }
-  // nullopt: the queue is full.
-  std::optional<Scheduler::Slot> admit(Kind kind);
-  bool has_place(Kind kind) const;  // whether admit() would succeed now
+  // nullopt: the queue is full, or the client has its share of it.
+  std::optional<Scheduler::Slot> admit(Kind kind, const std::string& client);
+  bool has_place(Kind kind, const std::string& client) const;  // whether admit() would succeed now
   Submitted submit(Scheduler::Slot slot, Submission submission);
   // Whether a stored comparison has the submission's idempotency key.
   Result<bool> repeats(const Submission& submission);
@@ -92,11 +94,14 @@ class Jobs {
   std::optional<api::Problem> give_up(const LiveJob& job) const;
 
   // For work other than comparisons, on the same threads and in the same order.
-  std::optional<Scheduler::Slot> admit_work() { return scheduler_.admit(Kind::awaited); }
+  std::optional<Scheduler::Slot> admit_work(const std::string& client) {
+    return scheduler_.admit(Kind::awaited, client);
+  }
   void work(Scheduler::Slot slot, Scheduler::Task task) { scheduler_.submit(std::move(slot), std::move(task)); }
   bool withdraw(const Control& control) { return scheduler_.withdraw(control); }
   std::chrono::milliseconds expected_wait_for_work() const { return scheduler_.expected_wait(); }
   ThreadBudget& threads() { return threads_; }
+  MemoryBudget& memory() { return memory_; }
   bool draining() const { return draining_.load(); }
   bool stopping() const { return stopping_.load(); }
 
@@ -112,6 +117,7 @@ class Jobs {
   void stop();
 
  private:
+  bool is_full(Kind kind) const;  // of the distributed form
   void run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   void measure_unstored(LiveJob& job, Scheduler::Slot slot);
   void end_unstored(LiveJob& job, const Result<api::Comparison>& result, std::optional<Scheduler::Slot> slot);
@@ -136,6 +142,7 @@ class Jobs {
   std::atomic<bool> stopping_{false};
   StoreErrors store_errors_;
   ThreadBudget threads_;
+  MemoryBudget memory_;
   const Measuring measuring_;
   Scheduler scheduler_;
   UnneededBlobs unneeded_;

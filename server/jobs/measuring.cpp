@@ -73,14 +73,26 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   metrics_.job_started(ms_between(job.submitted, start) / 1000);
   api::StageTimes times;
   times.queue = ms_between(job.submitted, start);
-  const auto a = fetch_(job.a, job.control);
+  MemoryReservation memory(memory_);
+  for (;;) {
+    if (const auto ok = memory.begin(job.control); !ok) return ok.error();
+    auto result = measure_within(memory, job, times);
+    if (!memory.restart()) return result;
+  }
+}
+
+Result<api::Comparison> Measuring::measure_within(MemoryReservation& memory, LiveJob& job,
+                                                  api::StageTimes times) const {
+  const auto start = LiveJob::Clock::now();
+  const auto a = fetch_(job.a, memory, job.control);
   if (!a) return a.error();
   const auto begun_b = LiveJob::Clock::now();
   times.read_a = ms_between(start, begun_b);
-  const auto b = fetch_(job.b, job.control);
+  const auto b = fetch_(job.b, memory, job.control);
   if (!b) return b.error();
   times.read_b = ms_between(begun_b, LiveJob::Clock::now());
-  auto result = api::compare(*a, *b, options, job.control, times);
+  memory.keep_meshes();
+  auto result = api::compare(*a, *b, job.request.options, job.control, times);
   if (result) result->id = job.key.id;
   return result;
 }

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 
+#include "server/access/share.h"
+#include "server/settings.h"
+
 namespace meshgauge::server {
 namespace {
 
@@ -26,11 +29,13 @@ milliseconds handicap(const Scheduler::Task& task) {
 }  // namespace
 
 Scheduler::Slot::~Slot() {
-  if (scheduler_) scheduler_->release(kind_);
+  if (scheduler_) scheduler_->release(kind_, client_);
 }
 
 Scheduler::Scheduler(const Limits& limits) : limits_(limits) {
-  for (std::size_t i = 0; i < limits.workers; ++i) workers_.emplace_back([this] { work(); });
+  awaited_.limit = limits.awaited;
+  durable_.limit = limits.durable;
+  for (std::size_t i = 0; i < limits.workers + kGuests; ++i) workers_.emplace_back([this] { work(); });
 }
 
 void Scheduler::end() {
@@ -43,23 +48,45 @@ void Scheduler::end() {
   workers_.clear();
 }
 
-std::optional<Scheduler::Slot> Scheduler::admit(Kind kind) {
-  const std::lock_guard lock(mutex_);
-  std::size_t& taken = kind == Kind::awaited ? awaited_ : durable_;
-  if (taken >= (kind == Kind::awaited ? limits_.awaited : limits_.durable)) return std::nullopt;
+void Scheduler::Slots::take(const std::string& client) {
+  ++of[client];
   ++taken;
-  return Slot(this, kind);
 }
 
-Scheduler::Slot Scheduler::admit_again() {
-  const std::lock_guard lock(mutex_);
-  ++durable_;
-  return {this, Kind::durable};
+void Scheduler::Slots::give(const std::string& client) {
+  --taken;
+  const auto found = of.find(client);
+  if (--found->second == 0) of.erase(found);
 }
 
-void Scheduler::release(Kind kind) {
+bool Scheduler::Slots::has_place(const std::string& client) const {
+  const auto found = of.find(client);
+  const std::size_t own = found == of.end() ? 0 : found->second;
+  return taken < limit && within_share(own, limit - taken);
+}
+
+std::optional<Scheduler::Slot> Scheduler::admit(Kind kind, const std::string& client) {
   const std::lock_guard lock(mutex_);
-  --(kind == Kind::awaited ? awaited_ : durable_);
+  Slots& places = slots(kind);
+  if (!places.has_place(client)) return std::nullopt;
+  places.take(client);
+  return Slot(this, kind, client);
+}
+
+bool Scheduler::has_place(Kind kind, const std::string& client) const {
+  const std::lock_guard lock(mutex_);
+  return (kind == Kind::awaited ? awaited_ : durable_).has_place(client);
+}
+
+Scheduler::Slot Scheduler::admit_again(const std::string& client) {
+  const std::lock_guard lock(mutex_);
+  durable_.take(client);
+  return {this, Kind::durable, client};
+}
+
+void Scheduler::release(Kind kind, const std::string& client) {
+  const std::lock_guard lock(mutex_);
+  slots(kind).give(client);
 }
 
 void Scheduler::submit(Slot slot, Task task) {
@@ -91,7 +118,7 @@ void Scheduler::cancel_all() {
 
 Scheduler::Figures Scheduler::figures() const {
   const std::lock_guard lock(mutex_);
-  return {waiting_.size(), running_.size(), awaited_, durable_};
+  return {waiting_.size(), running_.size(), awaited_.taken, durable_.taken};
 }
 
 std::chrono::milliseconds Scheduler::expected_wait(std::size_t elsewhere) const {
@@ -100,17 +127,21 @@ std::chrono::milliseconds Scheduler::expected_wait(std::size_t elsewhere) const 
   return milliseconds(static_cast<std::int64_t>(mean_ms_ * before / static_cast<double>(limits_.workers)));
 }
 
-// Precondition: mutex_ is held and a task waits.
-Scheduler::Entry Scheduler::take_next() {
-  const auto rank = [this](const Entry& entry) {
-    const auto found = running_of_.find(entry.task.owner);
-    return std::pair(found == running_of_.end() ? std::size_t{0} : found->second, entry.turn);
-  };
-  auto next = waiting_.begin();
-  auto first = rank(*next);
-  for (auto other = std::next(next); other != waiting_.end(); ++other) {
-    if (const auto of_other = rank(*other); of_other < first) next = other, first = of_other;
-  }
+std::size_t Scheduler::running_of(const std::string& client) const {
+  const auto found = running_of_.find(client);
+  return found == running_of_.end() ? 0 : found->second;
+}
+
+// Returns the task to run next; end(): none, or none that a thread is free for. Precondition: mutex_ is held.
+Scheduler::Waiting::iterator Scheduler::next() {
+  const auto rank = [this](const Entry& entry) { return std::pair(running_of(entry.task.client), entry.turn); };
+  const auto first = std::min_element(waiting_.begin(), waiting_.end(),
+                                      [&](const Entry& x, const Entry& y) { return rank(x) < rank(y); });
+  const bool for_guests = running_.size() >= limits_.workers;
+  return first != waiting_.end() && for_guests && running_of(first->task.client) > 0 ? waiting_.end() : first;
+}
+
+Scheduler::Entry Scheduler::take(Waiting::iterator next) {
   Entry entry = std::move(*next);
   waiting_.erase(next);
   return entry;
@@ -120,20 +151,25 @@ void Scheduler::work() {
   lower_priority();
   std::unique_lock lock(mutex_);
   for (;;) {
-    ready_.wait(lock, [&] { return ending_ || !waiting_.empty(); });
-    if (waiting_.empty()) return;
+    auto found = waiting_.end();
+    ready_.wait(lock, [&] {
+      found = next();
+      return found != waiting_.end() || (ending_ && waiting_.empty());
+    });
+    if (found == waiting_.end()) return;
     {
-      Entry entry = take_next();
+      Entry entry = take(found);
       Control* const control = entry.task.control.get();
       running_.push_back(control);
-      ++running_of_[entry.task.owner];
+      ++running_of_[entry.task.client];
       lock.unlock();
       const auto start = Clock::now();
       entry.task.work(std::move(entry.slot));
       lock.lock();
       mean_ms_ += kShareOfTheLast * (ms_since(start) - mean_ms_);
       std::erase(running_, control);
-      if (--running_of_[entry.task.owner] == 0) running_of_.erase(entry.task.owner);
+      if (--running_of_[entry.task.client] == 0) running_of_.erase(entry.task.client);
+      if (ending_) ready_.notify_all();
       lock.unlock();  // the job's files and memory are freed without blocking other threads
     }
     lock.lock();

@@ -1,11 +1,17 @@
 // The compute workers: a fixed pool behind bounded queues, apart from the threads that serve connections.
 //
 // A slot is taken before a request's body is read and held until its job has run, so that every accepted request is
-// served. There are two kinds of slots, each with its limit: for clients that wait, and for durable jobs.
+// served. There are two kinds of slots, each with its limit: for clients that wait, and for durable jobs. A client
+// never gets all slots of a kind (share.h).
 //
-// Order. The owner with the fewest running jobs is next; of its jobs the one with the earliest turn. A turn is the time
-// of the submission plus the expected cost of the job's bytes, at most kMostHandicap and a quarter of its timeout. So a
-// small job overtakes large ones that came shortly before it, and no job is overtaken by one that comes more than
+// Beside the workers there are kGuests threads for clients that have no job running: the jobs of one client, however
+// many and hard, do not keep another's first one waiting. The processors are then shared by the operating system.
+//
+// A client is the owner of a key; without keys, an address.
+//
+// Order. The client with the fewest running jobs is next; of its jobs the one with the earliest turn. A turn is the
+// time of the submission plus the expected cost of the job's bytes, at most kMostHandicap and a quarter of its timeout.
+// So a small job overtakes large ones that came shortly before it, and no job is overtaken by one that comes more than
 // kMostHandicap later.
 #pragma once
 
@@ -42,7 +48,8 @@ class Scheduler {
 
   class Slot {
    public:
-    Slot(Slot&& other) noexcept : scheduler_(std::exchange(other.scheduler_, nullptr)), kind_(other.kind_) {}
+    Slot(Slot&& other) noexcept
+        : scheduler_(std::exchange(other.scheduler_, nullptr)), kind_(other.kind_), client_(std::move(other.client_)) {}
     Slot& operator=(Slot&&) = delete;
     ~Slot();
 
@@ -50,13 +57,15 @@ class Scheduler {
 
    private:
     friend class Scheduler;
-    Slot(Scheduler* scheduler, Kind kind) : scheduler_(scheduler), kind_(kind) {}
+    Slot(Scheduler* scheduler, Kind kind, std::string client)
+        : scheduler_(scheduler), kind_(kind), client_(std::move(client)) {}
     Scheduler* scheduler_;
     Kind kind_;
+    std::string client_;
   };
 
   struct Task {
-    std::string owner;
+    std::string client;
     std::uint64_t bytes = 0;  // to be read
     std::chrono::milliseconds timeout = std::chrono::milliseconds::max();
     std::shared_ptr<Control> control;
@@ -76,12 +85,13 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  std::optional<Slot> admit(Kind kind);                  // nullopt: all are taken
-  Slot admit_again();                                    // for a durable job from before a restart: always succeeds
-  Slot uncounted() { return {nullptr, Kind::durable}; }  // for a job that is counted elsewhere
-  void submit(Slot slot, Task task);                     // never blocks
-  bool withdraw(const Control& control);                 // removes a waiting task; false: it does not wait
-  void cancel_all();                                     // running, waiting and future tasks
+  std::optional<Slot> admit(Kind kind, const std::string& client);  // nullopt: all are taken, or the client's share
+  bool has_place(Kind kind, const std::string& client) const;       // whether admit() would succeed now
+  Slot admit_again(const std::string& client);               // for a durable job from before a restart: always succeeds
+  Slot uncounted() { return {nullptr, Kind::durable, ""}; }  // for a job that is counted elsewhere
+  void submit(Slot slot, Task task);                         // never blocks
+  bool withdraw(const Control& control);                     // removes a waiting task; false: it does not wait
+  void cancel_all();                                         // running, waiting and future tasks
   void end();  // runs what was submitted, then ends the workers. Precondition: no submit() afterwards
 
   Figures figures() const;
@@ -95,17 +105,32 @@ class Scheduler {
     Clock::time_point turn;
   };
 
+  struct Slots {
+    std::size_t limit = 0;
+    std::size_t taken = 0;
+    std::map<std::string, std::size_t> of;  // by client; no zeros
+
+    bool has_place(const std::string& client) const;
+    void take(const std::string& client);
+    void give(const std::string& client);
+  };
+
+  using Waiting = std::list<Entry>;
+
   void work();
-  Entry take_next();
-  void release(Kind kind);
+  Waiting::iterator next();
+  Entry take(Waiting::iterator next);
+  std::size_t running_of(const std::string& client) const;
+  void release(Kind kind, const std::string& client);
+  Slots& slots(Kind kind) { return kind == Kind::awaited ? awaited_ : durable_; }
 
   const Limits limits_;
   mutable std::mutex mutex_;
   std::condition_variable ready_;
-  std::size_t awaited_ = 0;
-  std::size_t durable_ = 0;
-  std::list<Entry> waiting_;
-  std::map<std::string, std::size_t> running_of_;  // by owner; no zeros
+  Slots awaited_;
+  Slots durable_;
+  Waiting waiting_;
+  std::map<std::string, std::size_t> running_of_;  // by client; no zeros
   std::vector<Control*> running_;
   double mean_ms_ = 0;  // exponential mean of the time of a job
   bool cancelled_ = false;

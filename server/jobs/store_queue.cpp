@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::chrono::seconds kInterval{1};
+constexpr std::chrono::seconds kPollInterval{1};
 constexpr std::chrono::seconds kAnswerTime{5};   // without an answer for longer, the store counts as away
 constexpr std::chrono::minutes kLongestWait{1};  // the longest estimate
 constexpr double kShareOfTheLastReading = 0.2;
@@ -30,7 +30,7 @@ StoreQueue::~StoreQueue() {
 
 void StoreQueue::keep_looking() {
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kInterval, [&] { return ending_; })) {
+  while (!wake_.wait_for(lock, kPollInterval, [&] { return ending_; })) {
     lock.unlock();
     poll();
     lock.lock();

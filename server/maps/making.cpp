@@ -48,18 +48,19 @@ Error as_ours(Error error) {
   return error;
 }
 
-Result<MadeFile> made(Making& making, const MapTools& tools) {
+Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& memory) {
   const MapOrder& order = making.order;
   Control& control = making.control;
   MadeFile result;
   Watch watch;
   const double queue_ms = std::chrono::duration<double, std::milli>(Making::Clock::now() - making.submitted).count();
   if (auto ok = api::in_time(control, "'a' was read"); !ok) return ok.error();
-  const auto a = tools.fetch(order.a, control);
+  const auto a = tools.fetch(order.a, memory, control);
   if (!a) return as_ours(a.error());
   if (auto ok = api::in_time(control, "'b' was read"); !ok) return ok.error();
-  const auto b = tools.fetch(order.b, control);
+  const auto b = tools.fetch(order.b, memory, control);
   if (!b) return as_ours(b.error());
+  memory.keep_meshes();
   const double read_ms = watch.lap_ms();
 
   const bool of_a = order.query.of == api::Side::a;
@@ -120,7 +121,12 @@ void Making::on_end(std::function<void()> wake) {
 
 Result<MadeFile> make_map(Making& making, const MapTools& tools) {
   try {
-    return made(making, tools);
+    MemoryReservation memory(tools.memory);
+    for (;;) {
+      if (auto ok = memory.begin(making.control); !ok) return ok.error();
+      auto result = made(making, tools, memory);
+      if (!memory.restart()) return result;
+    }
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::internal, "not enough memory for this deviation map", "", ""};
   } catch (const std::exception& error) {

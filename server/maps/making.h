@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "api/response.h"
@@ -19,6 +20,7 @@ namespace meshgauge::server {
 // What a worker thread needs to make a map.
 struct MapOrder {
   MapKey key;
+  std::string client;  // that shares are counted for
   std::shared_ptr<const MapCache::Coming> coming;
   MapQuery query;
   MeshSource a;
@@ -61,6 +63,7 @@ struct MapTools {
   const Fetch& fetch;
   MapCache& cache;
   ThreadBudget& threads;
+  MemoryBudget& memory;
 };
 
 // Reads the meshes, measures the deviations and writes the map, on the calling thread. Errors: those of a comparison;

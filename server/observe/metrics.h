@@ -38,6 +38,8 @@ enum class Level {
   connections_dropped,
   upload_bytes,
   upload_limit_bytes,
+  memory_reserved_bytes,
+  memory_limit_bytes,
   mesh_cache_hits,
   mesh_cache_misses,
   mesh_cache_bytes,

@@ -31,6 +31,8 @@ constexpr LevelText kLevels[] = {
      MetricType::Counter},
     {"meshgauge_upload_bytes", "Bytes of all uploads being received or measured"},
     {"meshgauge_upload_limit_bytes", "Limit of meshgauge_upload_bytes"},
+    {"meshgauge_memory_reserved_bytes", "Memory that comparisons and reader processes have reserved"},
+    {"meshgauge_memory_limit_bytes", "Limit of meshgauge_memory_reserved_bytes"},
     {"meshgauge_mesh_cache_hits_total", "Meshes found in the cache, with their tree", MetricType::Counter},
     {"meshgauge_mesh_cache_misses_total", "Meshes that had to be read and built", MetricType::Counter},
     {"meshgauge_mesh_cache_bytes", "Memory of cached meshes and their trees"},

@@ -16,6 +16,16 @@ namespace {
 constexpr std::chrono::milliseconds kLeastPause{50};
 constexpr std::chrono::milliseconds kMostPause{1000};
 
+// A process that waits for a file has this limit, which is enough for files up to 512 KiB.
+constexpr std::uint64_t kMemoryOfIdle = std::uint64_t{48} << 20;
+
+// What reading a file usually takes: an array exists twice while it grows, and a compressed file expands.
+std::uint64_t usual_memory(std::uint64_t file_bytes) {
+  constexpr std::uint64_t kBeside = std::uint64_t{32} << 20;
+  constexpr std::uint64_t kOfByte = 32;
+  return kBeside + kOfByte * file_bytes;
+}
+
 Error not_protected(const std::string& lack) {
   return {ErrorCode::internal, "--require-sandbox: " + lack + "; allow it in the container's or unit's policy", "", ""};
 }
@@ -63,7 +73,10 @@ class Pool::Turn {
 };
 
 Pool::Pool(PoolSettings settings, Log log)
-    : settings_(std::move(settings)), log_(std::move(log)), spawner_(settings_.command) {}
+    : settings_(std::move(settings)),
+      memory_of_idle_(std::min(settings_.bounds.memory_bytes, kMemoryOfIdle)),
+      log_(std::move(log)),
+      spawner_(settings_.command) {}
 
 Result<std::vector<std::string>> Pool::start() {
   auto trial = spawner_.start(settings_.bounds);
@@ -79,10 +92,11 @@ Result<std::vector<std::string>> Pool::start() {
   return lacks;
 }
 
-Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control,
+                                   Memory* memory) {
   ReadingOutcome outcome = [&] {
     try {
-      return read(input, limits, control);
+      return read({input, limits, memory}, control);
     } catch (const std::bad_alloc&) {
       return failed(input.part, "did not get through: the service ran out of memory");
     } catch (const std::exception& e) {
@@ -93,20 +107,34 @@ Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadL
   return std::move(outcome.mesh);
 }
 
-ReadingOutcome Pool::read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+ReadingOutcome Pool::read(const Task& task, Control& control) {
   const Turn turn(*this, control);
-  if (turn.why() != Interruption::none) return interrupted(turn.why(), input.part, "was still waited for");
-  ReadingOutcome outcome = read_once(input, limits, control);
-  if (outcome.end != End::lost) return outcome;
-  note(outcome, input.part);
-  return read_once(input, limits, control);
+  if (turn.why() != Interruption::none) return interrupted(turn.why(), task.input.part, "was still waited for");
+  const std::uint64_t most = settings_.bounds.memory_bytes;
+  std::uint64_t bytes = std::min(most, std::max(memory_of_idle_, usual_memory(task.input.bytes.size())));
+  ReadingOutcome outcome = read_within(task, bytes, control);
+  if (outcome.end == End::out_of_memory && bytes < most) outcome = read_within(task, most, control);
+  if (task.memory) task.memory->end_reader();
+  return outcome;
 }
 
-ReadingOutcome Pool::read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
-  auto taken = take(input.part, control);
+ReadingOutcome Pool::read_within(const Task& task, std::uint64_t memory_bytes, Control& control) {
+  if (task.memory) {
+    const auto granted = task.memory->take_reader(memory_bytes);
+    if (!granted) return no_memory(granted.error());
+    memory_bytes = *granted;
+  }
+  ReadingOutcome outcome = read_once(task, memory_bytes, control);
+  if (outcome.end != End::lost) return outcome;
+  note(outcome, task.input.part);
+  return read_once(task, memory_bytes, control);
+}
+
+ReadingOutcome Pool::read_once(const Task& task, std::uint64_t memory_bytes, Control& control) {
+  auto taken = take(task.input.part, memory_bytes, control);
   if (auto* const instead = std::get_if<ReadingOutcome>(&taken)) return std::move(*instead);
-  Reading reading(std::get<ReaderProcess>(std::move(taken)), input, limits);
-  if (!reading.begin()) return failed(input.part, "could not be given it: memory or descriptors ran out");
+  Reading reading(std::get<ReaderProcess>(std::move(taken)), task.input, task.limits, task.memory);
+  if (!reading.begin()) return failed(task.input.part, "could not be given it: memory or descriptors ran out");
   refill();  // while the worker reads
   return reading.finish(control);
 }
@@ -123,7 +151,7 @@ std::string Pool::defect(Control& control) {
 // Uses a new worker: the idle ones do not show whether the spawner can still fork.
 std::string Pool::try_triangle(Control& control) {
   const api::MeshInput triangle{"triangle", std::as_bytes(std::span(kTriangle)), "triangle.obj", ""};
-  auto taken = take(triangle.part, control, Kind::fresh);
+  auto taken = take(triangle.part, memory_of_idle_, control, Kind::fresh);
   if (const auto* none = std::get_if<ReadingOutcome>(&taken)) return none->how;
   const api::ReadLimits limits{3, 1, kTriangle.size()};
   Reading reading(std::get<ReaderProcess>(std::move(taken)), triangle, limits);
@@ -139,11 +167,13 @@ Counters Pool::counters() const {
 }
 
 // Waits at most for one attempt to start the spawner that began after the call.
-std::variant<ReaderProcess, ReadingOutcome> Pool::take(const std::string& part, Control& control, Kind kind) {
+std::variant<ReaderProcess, ReadingOutcome> Pool::take(const std::string& part, std::uint64_t memory_bytes,
+                                                       Control& control, Kind kind) {
   std::unique_lock lock(mutex_);
   const std::uint64_t failed_before = failed_starts_;
   for (;;) {
-    if (auto worker = kind == Kind::fresh ? make() : ready()) return std::move(*worker);
+    const bool idle_one = kind == Kind::any && memory_bytes == memory_of_idle_;
+    if (auto worker = idle_one ? ready() : make(memory_bytes)) return std::move(*worker);
     if (failed_starts_ != failed_before) return failed(part, "is not there: " + why_not_started_);
     // The spawner lives and could not be asked, because descriptors ran out. Other readings wait for its workers.
     if (!starting_ && !spawner_.gone()) return failed(part, "is not there: no process could be ordered");
@@ -167,12 +197,14 @@ std::optional<ReaderProcess> Pool::ready() {
     idle_.pop_front();
     if (!worker.gone()) return worker;
   }
-  return make();
+  return make(memory_of_idle_);
 }
 
-std::optional<ReaderProcess> Pool::make() {
+std::optional<ReaderProcess> Pool::make(std::uint64_t memory_bytes) {
   if (starting_) return std::nullopt;
-  auto worker = spawner_.spawn(settings_.bounds);
+  Bounds bounds = settings_.bounds;
+  bounds.memory_bytes = memory_bytes;
+  auto worker = spawner_.spawn(bounds);
   if (worker) ++counters_.started;
   return worker;
 }
@@ -210,7 +242,7 @@ std::string Pool::try_start(const Interrupted& interrupted) {
 void Pool::refill() {
   const std::lock_guard lock(mutex_);
   while (idle_.size() < settings_.parsers) {
-    auto worker = make();
+    auto worker = make(memory_of_idle_);
     if (!worker) return;  // take() handles it
     idle_.push_back(std::move(*worker));
   }

@@ -23,7 +23,7 @@ namespace meshgauge::server::sandbox {
 struct PoolSettings {
   std::vector<std::string> command;  // program and arguments that call run_spawner() (spawner.h)
   std::size_t parsers = 1;           // files read at the same time; as many more processes are kept ready
-  Bounds bounds;                     // limits of each process; start() fills in `filter`
+  Bounds bounds;                     // limits of a process at most; start() fills in `filter`
   bool required = false;             // start() fails where a protection is lacking
 };
 
@@ -54,7 +54,11 @@ class Pool {
   // As api::load(). Errors: unreadable_mesh: the worker crashed, broke a rule or lied; too_large: it needed too much
   // memory; internal: no process was available, or two were lost through no fault of the file; out_of_time: within 10
   // ms after `control` says to stop. Blocks.
-  Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
+  //
+  // A process first gets memory for a file as files usually are, and only where that is not enough, a second one all
+  // that `bounds` allow. `memory` is asked before each, and before the arrays come; null: it is not.
+  Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control,
+                               Memory* memory = nullptr);
 
   // Checks whether a file would be read: returns why not, or an empty string. Reads a triangle in an extra worker,
   // and starts the spawner if it has ended, as load() does. Blocks as long as `control` allows.
@@ -65,19 +69,28 @@ class Pool {
  private:
   class Turn;
 
-  ReadingOutcome read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
-  ReadingOutcome read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
+  struct Task {
+    const api::MeshInput& input;
+    const api::ReadLimits& limits;
+    Memory* memory;
+  };
+
+  ReadingOutcome read(const Task& task, Control& control);
+  ReadingOutcome read_within(const Task& task, std::uint64_t memory_bytes, Control& control);
+  ReadingOutcome read_once(const Task& task, std::uint64_t memory_bytes, Control& control);
   std::string try_triangle(Control& control);
   enum class Kind { any, fresh };  // fresh: a new one, to see whether the spawner can make one
-  std::variant<ReaderProcess, ReadingOutcome> take(const std::string& part, Control& control, Kind kind = Kind::any);
+  std::variant<ReaderProcess, ReadingOutcome> take(const std::string& part, std::uint64_t memory_bytes,
+                                                   Control& control, Kind kind = Kind::any);
   std::optional<ReaderProcess> ready();
-  std::optional<ReaderProcess> make();
+  std::optional<ReaderProcess> make(std::uint64_t memory_bytes);
   void start_anew(std::unique_lock<std::mutex>& lock, Control& control);
   std::string try_start(const Interrupted& interrupted);
   void refill();
   void note(const ReadingOutcome& outcome, const std::string& part);
 
   PoolSettings settings_;  // constant after start()
+  const std::uint64_t memory_of_idle_;
   const Log log_;
   mutable std::mutex mutex_;  // guards the members below; not held while waiting
   std::condition_variable turn_free_;

@@ -65,8 +65,10 @@ ReadingOutcome failed(const std::string& part, const std::string& how) {
   return {End::failed, how, Error{ErrorCode::internal, "the service could not read '" + part + "'", "", ""}};
 }
 
-Reading::Reading(ReaderProcess worker, const api::MeshInput& input, const api::ReadLimits& limits)
-    : worker_(std::move(worker)), input_(input), limits_(limits), rest_(input.bytes) {}
+ReadingOutcome no_memory(Error error) { return {End::cancelled, "", std::move(error)}; }
+
+Reading::Reading(ReaderProcess worker, const api::MeshInput& input, const api::ReadLimits& limits, Memory* memory)
+    : worker_(std::move(worker)), input_(input), limits_(limits), memory_(memory), rest_(input.bytes) {}
 
 bool Reading::begin() {
   window_ = Window::open();
@@ -119,6 +121,9 @@ ReadingOutcome Reading::wait_for_mesh(Control& control) {
 ReadingOutcome Reading::take_mesh(const Arrays& arrays, Control& control) {
   if (arrays.vertices > limits_.max_vertices || arrays.triangles > limits_.max_triangles) {
     return untrue("gave more than the limits allow");
+  }
+  if (memory_) {
+    if (auto ok = memory_->take_mesh(arrays.vertices, arrays.triangles); !ok) return no_memory(std::move(ok).error());
   }
   const auto copy = std::make_shared<Copy>(arrays.vertices, arrays.triangles);
   const auto positions = std::as_writable_bytes(std::span(copy->positions));

@@ -10,6 +10,7 @@
 
 #include "api/digest.h"
 #include "api/load.h"
+#include "server/sandbox/memory.h"
 #include "server/sandbox/protocol.h"
 #include "server/sandbox/spawner_client.h"
 #include "server/sandbox/window.h"
@@ -39,11 +40,12 @@ struct ReadingOutcome {
 // Returns the outcome of a reading that was stopped. `how`: what happened to it, such as "was killed".
 ReadingOutcome interrupted(Interruption why, const std::string& part, const std::string& how);
 ReadingOutcome failed(const std::string& part, const std::string& how);
+ReadingOutcome no_memory(Error error);  // of Memory
 
 class Reading {
  public:
-  // Borrows `input` and `limits`.
-  Reading(ReaderProcess worker, const api::MeshInput& input, const api::ReadLimits& limits);
+  // Borrows `input`, `limits` and `memory`, which is asked before the arrays come; null: it is not.
+  Reading(ReaderProcess worker, const api::MeshInput& input, const api::ReadLimits& limits, Memory* memory = nullptr);
 
   bool begin();  // hands the file over without blocking; false: memory or descriptors ran out
 
@@ -68,6 +70,7 @@ class Reading {
   ReaderProcess worker_;
   const api::MeshInput& input_;
   const api::ReadLimits& limits_;
+  Memory* const memory_;
   std::optional<Window> window_;
   api::Sha256 sha256_;
   std::string digest_;               // empty: not finished

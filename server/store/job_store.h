@@ -182,10 +182,13 @@ class JobStore {
   // the fewest running jobs; of that group the smallest job, where a second of waiting outweighs kBytesOfOneSecond, so
   // that no job waits for ever. The cost grows with the number of groups, not of jobs.
   //
-  // A suspected job comes alone, or with `passed_over` not at all.
+  // A suspected job comes alone, or with `passed_over` not at all. `with_none_running`: owners that have a running job
+  // are passed over.
   enum class Suspects { too, passed_over };
+  enum class Owners { all, with_none_running };
   virtual Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                  std::size_t most, Suspects suspects = Suspects::too) = 0;
+                                                  std::size_t most, Suspects suspects = Suspects::too,
+                                                  Owners owners = Owners::all) = 0;
   static constexpr std::int64_t kBytesOfOneSecond = 50'000'000;
 
   // Renews the leases of jobs of one worker and stores their progress as narrowed(). Returns an answer for each beat,

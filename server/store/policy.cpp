@@ -12,11 +12,12 @@ std::int64_t rank_of(const NewJob& job) {
          static_cast<std::int64_t>(std::min(job.cost, kMost));
 }
 
-const Group* next_group(std::span<const Group> groups) {
+const Group* next_group(std::span<const Group> groups, JobStore::Owners owners) {
   const auto first = std::min_element(groups.begin(), groups.end(), [](const Group& x, const Group& y) {
     return std::tie(x.running, x.rank) < std::tie(y.running, y.rank);
   });
-  return first == groups.end() ? nullptr : &*first;
+  const bool wrong = first == groups.end() || (owners == JobStore::Owners::with_none_running && first->running > 0);
+  return wrong ? nullptr : &*first;
 }
 
 std::size_t fit_in_claim(std::span<const Candidate> first) {

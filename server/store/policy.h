@@ -22,8 +22,8 @@ struct Group {
   std::int64_t running = 0;
 };
 // The group that claim_some() takes from: of those with the fewest running jobs the one with the lowest rank. nullptr:
-// there is no group.
-const Group* next_group(std::span<const Group> groups);
+// there is no group, or none of `owners`.
+const Group* next_group(std::span<const Group> groups, JobStore::Owners owners = JobStore::Owners::all);
 
 struct Candidate {
   std::uint64_t cost = 0;

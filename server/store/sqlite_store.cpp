@@ -75,11 +75,11 @@ std::vector<Group> waiting_groups(const std::function<Query(const std::string& f
 }
 
 // The rows that claim_some() takes, in its order.
-std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, bool suspects) {
+std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, bool suspects, JobStore::Owners whose) {
   const auto owners = waiting_groups(
       [&](const std::string& from) { return connection.query(kNextOwner, suspects, from); },
       connection.query("SELECT owner, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner"));
-  const Group* const owner = next_group(owners);
+  const Group* const owner = next_group(owners, whose);
   if (!owner) return {};
   const auto batches = waiting_groups(
       [&](const std::string& from) { return connection.query(kNextBatch, suspects, from, owner->name); },
@@ -161,11 +161,11 @@ Result<Inserted> SqliteStore::insert(const NewJob& job) {
 }
 
 Result<std::vector<Claimed>> SqliteStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                     std::size_t most, Suspects suspects) {
+                                                     std::size_t most, Suspects suspects, Owners owners) {
   auto all = writer_.write(
       [&](Connection& connection) {
         std::vector<Claimed> claimed;
-        for (const std::int64_t number : next_jobs(connection, most, suspects == Suspects::too)) {
+        for (const std::int64_t number : next_jobs(connection, most, suspects == Suspects::too, owners)) {
           Query row = connection.query(kClaimJob, number, worker, now, lease_until);
           row.next();
           claimed.push_back(claimed_of(row));

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/settings.h"
+
 namespace meshgauge::server {
 
 void ClaimBuffer::add(HeldJobPtr job) {
   waiting_bytes_ += job->live->bytes;
   suspected_ += job->suspected ? 1U : 0U;
+  guests_ += job->guest ? 1U : 0U;
   const auto place = job->in_batch || job->suspected ? waiting_.end()
                                                      : std::find_if(waiting_.begin(), waiting_.end(),
                                                                     [](const auto& other) { return other->in_batch; });
@@ -15,14 +18,15 @@ void ClaimBuffer::add(HeldJobPtr job) {
 }
 
 HeldJobPtr ClaimBuffer::take() {
-  if (running_ >= threads_ || alone_) return nullptr;
+  if (alone_) return nullptr;
   for (const HeldJobPtr& job : waiting_) {
-    if (job->stage != HeldJob::Stage::ready || (job->suspected && running_ > 0)) continue;
+    const bool full = !job->guest && running_ >= threads_;
+    if (full || job->stage != HeldJob::Stage::ready || (job->suspected && running() > 0)) continue;
     HeldJobPtr next = job;
     std::erase(waiting_, next);
     waiting_bytes_ -= next->live->bytes;
-    ++running_;
-    large_running_ += is_small(*next) ? 0U : 1U;
+    ++(next->guest ? guests_running_ : running_);
+    large_running_ += next->guest || is_small(*next) ? 0U : 1U;
     alone_ = next->suspected;
     next->stage = HeldJob::Stage::running;
     return next;
@@ -31,8 +35,9 @@ HeldJobPtr ClaimBuffer::take() {
 }
 
 void ClaimBuffer::ended(const HeldJob& job) {
-  --running_;
-  large_running_ -= is_small(job) ? 0U : 1U;
+  --(job.guest ? guests_running_ : running_);
+  large_running_ -= job.guest || is_small(job) ? 0U : 1U;
+  guests_ -= job.guest ? 1U : 0U;
   if (!job.suspected) return;
   alone_ = false;
   --suspected_;
@@ -44,6 +49,7 @@ void ClaimBuffer::remove(const HeldJob& job) {
   if (found == waiting_.end()) return;
   waiting_bytes_ -= job.live->bytes;
   suspected_ -= job.suspected ? 1U : 0U;
+  guests_ -= job.guest ? 1U : 0U;
   waiting_.erase(found);
 }
 
@@ -55,7 +61,8 @@ std::vector<HeldJobPtr> ClaimBuffer::take_all() {
 
 std::size_t ClaimBuffer::wanted() const {
   if (suspected_ > 0) return 0;
-  if (running_ + waiting_.size() < threads_) return kMost;
+  const std::size_t waiting = waiting_.size() - (guests_ - guests_running_);
+  if (running_ + waiting < threads_) return kMost;
   // What comes may be large, or of no batch: some thread must be about to be free for it.
   const bool turning_over = large_running_ < threads_;
   const bool stocked =
@@ -63,6 +70,8 @@ std::size_t ClaimBuffer::wanted() const {
   if (!turning_over || stocked || waiting_.size() >= kRefillBelow || waiting_bytes_ >= kMostBytes) return 0;
   return kMost - waiting_.size();
 }
+
+bool ClaimBuffer::wants_guest() const { return suspected_ == 0 && guests_ < kGuests && wanted() == 0; }
 
 HeldJobPtr ClaimBuffer::to_open(LiveJob::Clock::time_point now) const {
   const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& job) {

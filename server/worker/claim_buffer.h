@@ -7,6 +7,8 @@
 // No other worker can run a buffered job. So only small jobs of batches are buffered beyond the free threads, whose
 // runs may be shorter than a claim, and no more than take about a second.
 //
+// A guest, whose owner had no job running, begins also while all threads are busy: the scheduler has threads for them.
+//
 // Not thread safe.
 #pragma once
 
@@ -35,8 +37,9 @@ class ClaimBuffer {
   void remove(const HeldJob& job);  // a job that was not taken; others are ignored
   std::vector<HeldJobPtr> take_all();
 
-  // How many jobs to claim now.
+  // How many jobs to claim now, guests apart.
   std::size_t wanted() const;
+  bool wants_guest() const;  // whether a guest could begin now, and none is here
 
   // The first job whose blobs are to be opened at `now`; null: there is none.
   HeldJobPtr to_open(LiveJob::Clock::time_point now) const;
@@ -44,7 +47,7 @@ class ClaimBuffer {
   std::optional<LiveJob::Clock::time_point> next_opening() const;
 
   std::size_t waiting() const { return waiting_.size(); }
-  std::size_t running() const { return running_; }
+  std::size_t running() const { return running_ + guests_running_; }
 
  private:
   bool is_small(const HeldJob& job) const { return job.in_batch && job.live->bytes <= kSmallBytes; }
@@ -52,7 +55,9 @@ class ClaimBuffer {
   const std::size_t threads_;
   std::list<HeldJobPtr> waiting_;
   std::uint64_t waiting_bytes_ = 0;
-  std::size_t running_ = 0;
+  std::size_t running_ = 0;  // guests apart
+  std::size_t guests_ = 0;   // waiting or running
+  std::size_t guests_running_ = 0;
   std::size_t large_running_ = 0;
   std::size_t suspected_ = 0;  // waiting or running
   bool alone_ = false;         // a suspected job runs

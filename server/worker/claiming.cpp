@@ -22,22 +22,29 @@ constexpr unsigned kOpenings = 3;
 void Worker::claim_in_background() {
   std::unique_lock lock(mutex_);
   while (!ending_) {
-    const std::size_t most = draining_ || results_.full() ? 0 : buffer_.wanted();
-    if (most == 0 && !(draining_ && claiming_)) {
+    const bool any = !draining_ && !results_.full() && (buffer_.wanted() > 0 || buffer_.wants_guest());
+    if (!any && !(draining_ && claiming_)) {
       claim_wake_.wait(lock);
     } else if (Clock::now() < next_claim_) {
       claim_wake_.wait_until(lock, next_claim_);
     } else {
       look_again_ = false;
       claiming_ = true;
-      const auto suspects = suspects_now();
+      const Claim next = any ? next_claim() : Claim();
       lock.unlock();
-      claim(most, suspects);
+      claim(next);
       lock.lock();
       claiming_ = !unsure_.empty();
       idle_.notify_all();
     }
   }
+}
+
+// Precondition: mutex_ is held.
+Worker::Claim Worker::next_claim() {
+  const std::size_t most = buffer_.wanted();
+  if (most > 0) return {most, suspects_now(), store::JobStore::Owners::all};
+  return {1, store::JobStore::Suspects::passed_over, store::JobStore::Owners::with_none_running};
 }
 
 // A suspected job must wait until all others here have ended, which keeps threads idle. So an idle worker should take
@@ -51,17 +58,20 @@ store::JobStore::Suspects Worker::suspects_now() {
 }
 
 // Each claim has a name of its own. When a claim fails it is unknown whether it was stored: before the next one, all
-// jobs that run under its name are handed back. `most` 0: does that alone.
-void Worker::claim(std::size_t most, store::JobStore::Suspects suspects) {
+// jobs that run under its name are handed back. A claim of none does that alone.
+void Worker::claim(const Claim& what) {
   bool through = take_back_unsure();
   std::vector<HeldJobPtr> claimed;
-  if (through && most > 0) {
+  if (through && what.most > 0) {
     const std::string name = options_.name + "/" + std::to_string(++claims_) + "/";
     const auto now = stores_.jobs.time();
-    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, most, suspects);
+    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, what.most, what.suspects, what.owners);
     through = some.ok();
     if (some) {
-      for (const store::Claimed& one : *some) claimed.push_back(held_of(one));
+      for (const store::Claimed& one : *some) {
+        claimed.push_back(held_of(one));
+        claimed.back()->guest = what.owners == store::JobStore::Owners::with_none_running;
+      }
     } else {
       unsure_.push_back(name);
       store_errors_.note(some);

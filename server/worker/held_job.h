@@ -25,6 +25,7 @@ struct HeldJob {
   std::optional<store::TimePoint> deadline;
   bool in_batch = false;
   bool suspected = false;
+  bool guest = false;  // of an owner that had no job running: it needs no worker that is free (scheduler.h)
   Stage stage = Stage::claimed;
   std::optional<Clock::time_point> begun;  // when a thread of the scheduler took it
   bool lost = false;                       // the token is no longer the newest

@@ -15,6 +15,7 @@
 #include "server/handlers/readiness.h"
 #include "server/heap.h"
 #include "server/jobs/upkeep.h"
+#include "server/memory_plan.h"
 #include "server/observe/log.h"
 #include "server/open_stores.h"
 #include "server/wiring.h"
@@ -114,13 +115,16 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   Metrics metrics;
   StoreErrors store_errors(metrics);
   ThreadBudget threads(settings.workers);
-  const Measuring measuring(settings, fetching_by(pool, cache, read_limits(settings)), metrics, threads, stores.jobs);
+  MemoryBudget memory(memory_for_meshes(settings));
+  const Measuring measuring(settings, fetching_by(pool, cache, read_limits(settings)), metrics, threads, memory,
+                            stores.jobs);
   Scheduler scheduler({settings.workers, 0, std::numeric_limits<std::size_t>::max()});
   Worker worker(settings, stores, measuring, scheduler, store_errors, metrics, options_of(settings));
   Readiness readiness;
   readiness.add_store_checks(stores);
   readiness.add_check("sandbox", [&pool] { return defect_of(pool); });
   metrics.watch_sandbox([&pool] { return pool.counters(); });
+  watch_memory(metrics, memory);
   watch_cache(metrics, cache, settings.max_cache_bytes);
   watch_levels(metrics, settings, worker);
   Access access(settings.keys_file);
@@ -143,6 +147,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
   worker.start();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
+  log_event("memory", memory_text(settings));
   for (Signal signal = Signal::none; status.listening() && signal != Signal::end;) {
     signal = wait_for_signal(kTick);
     if (signal == Signal::reload) reload_secrets(access, tls);

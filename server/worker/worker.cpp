@@ -173,9 +173,9 @@ void Worker::begin_what_can() {
 
 void Worker::submit(const HeldJobPtr& job) {
   const std::shared_ptr<LiveJob>& live = job->live;
-  scheduler_.submit(scheduler_.uncounted(), {live->key.owner, live->bytes, live->request.timeout,
-                                             std::shared_ptr<Control>(live, &live->control),
-                                             [this, job](Scheduler::Slot slot) { run(job, std::move(slot)); }});
+  scheduler_.submit(scheduler_.uncounted(),
+                    {live->client, live->bytes, live->request.timeout, std::shared_ptr<Control>(live, &live->control),
+                     [this, job](Scheduler::Slot slot) { run(job, std::move(slot)); }});
 }
 
 // The last access to this worker is under its lock: after that it may be destroyed.

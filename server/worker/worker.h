@@ -78,7 +78,13 @@ class Worker {
   using Clock = LiveJob::Clock;
 
   void claim_in_background();
-  void claim(std::size_t most, store::JobStore::Suspects suspects);
+  struct Claim {
+    std::size_t most = 0;
+    store::JobStore::Suspects suspects = store::JobStore::Suspects::passed_over;
+    store::JobStore::Owners owners = store::JobStore::Owners::all;
+  };
+  Claim next_claim();
+  void claim(const Claim& what);
   store::JobStore::Suspects suspects_now();
   bool take_back_unsure();
   void adopt(const std::vector<HeldJobPtr>& claimed);

@@ -1,39 +1,15 @@
 #include "api/processors.h"
 
 #include <sched.h>
-#include <stdlib.h>
 
-#include <filesystem>
-#include <fstream>
 #include <future>
 
 #include <doctest/doctest.h>
 
+#include "machine.h"
+
 using meshgauge::api::processors;
 using meshgauge::api::processors_granted;
-namespace fs = std::filesystem;
-
-namespace {
-
-// The files of a machine with the given control groups; the destructor deletes them.
-struct Machine {
-  std::string root = (fs::temp_directory_path() / "meshgauge-groups-XXXXXX").string();
-
-  explicit Machine(const std::string& groups) {
-    REQUIRE(::mkdtemp(root.data()) != nullptr);
-    write("/proc/self/cgroup", groups);
-  }
-  ~Machine() { fs::remove_all(root); }
-  Machine(const Machine&) = delete;
-  Machine& operator=(const Machine&) = delete;
-
-  void write(const std::string& path, const std::string& text) const {
-    fs::create_directories(fs::path(root + path).parent_path());
-    std::ofstream(root + path) << text;
-  }
-};
-
-}  // namespace
 
 TEST_CASE("processors: a quota of version 2, of the group or of one above it") {
   const Machine machine("0::/kubepods/pod7/main\n");

@@ -243,10 +243,11 @@ class Terminal(unittest.TestCase):
             os.execve(BINARY, [BINARY, "serve", "--port", "0"], OWN_DATA)
         self.addCleanup(lambda: [os.kill(child, signal.SIGKILL), os.waitpid(child, 0)] if not self.ended else None)
         self.ended = False
-        line = b""
-        while not line.endswith(b"\n"):
-            line += os.read(terminal, 4096)
-        return child, terminal, int(json.loads(line)["detail"].rsplit(":", 1)[1])
+        lines = b""
+        while b"listening" not in lines or not lines.endswith(b"\n"):
+            lines += os.read(terminal, 4096)
+        start = next(line for line in map(json.loads, lines.splitlines()) if line["event"] == "listening")
+        return child, terminal, int(start["detail"].rsplit(":", 1)[1])
 
     def end(self, child):
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])

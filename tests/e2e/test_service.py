@@ -153,7 +153,7 @@ class Crowd(unittest.TestCase):
         refused = [i for i in range(64) if answers[i].status == 503 and "overloaded" in answers[i].json()["type"]]
         # Every admitted request has an answer; one that waited all its time in the queue gets out-of-time.
         served = [i for i in range(64) if i not in refused]
-        self.assertEqual(len(served), 10)
+        self.assertEqual(len(served), 8)  # of ten places, which one address alone does not get
         for i in served:
             self.assertTrue(answers[i].status == 200 or "out-of-time" in answers[i].json()["type"])
         self.assertGreaterEqual(sum(answers[i].status == 200 for i in served), 2)

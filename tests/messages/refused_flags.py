@@ -125,6 +125,7 @@ def service_flags():
         ("another word for the log", ["--log-requests", "some"]),
         ("origins of pages that are none", ["--cors-origins", "example.com"]),
         ("hosts that are none", ["--allowed-hosts", "http://gauge.example"]),
+        ("less memory than one comparison takes", ["--max-memory-bytes", "1000000"]),
         ("a file of settings that does not exist", ["--config", "gone.toml"]),
         ("settings: a line without `=`", ["--config", "line.toml"]),
         ("settings: an unknown name", ["--config", "name.toml"]),

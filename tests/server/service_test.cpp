@@ -52,7 +52,8 @@ struct Stub {
   std::atomic<bool> released{false};
 
   server::Fetch fetch() {
-    return [this](const server::MeshSource& source, Control& control) -> Result<api::SharedMesh> {
+    return [this](const server::MeshSource& source, server::MemoryReservation&,
+                  Control& control) -> Result<api::SharedMesh> {
       if (source.input.part == "b") return server::stand_in(source);
       ++running;
       while (!released && control.check() == Interruption::none)

@@ -13,7 +13,7 @@ TEST_CASE("settings: the defaults are consistent") {
   REQUIRE(settings.ok());
   CHECK(settings->workers >= 1);
   CHECK(settings->simd == supported_simd().front());
-  CHECK(settings->parsers == settings->workers);
+  CHECK(settings->parsers == settings->workers + 1);
 }
 
 TEST_CASE("settings: a parser's memory is derived from the limits on files, unless it is set") {

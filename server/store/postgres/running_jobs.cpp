@@ -12,7 +12,8 @@ namespace {
 // A column for RETURNING: the commit of the statement waits for no disk, so a crash may undo it.
 constexpr Sql kFleeting("set_config('synchronous_commit', 'off', true)");
 
-// Claims the jobs of claim_some(), in its order (job_store.h). $5 most, $6 kBytesOfOneSecond, $7 number of this claim.
+// Claims the jobs of claim_some(), in its order (job_store.h). $5 most, $6 kBytesOfOneSecond, $7 number of this claim,
+// $8 whether owners with a running job are passed over.
 //   owners, groups  each owner that waits, and of an owner each batch ('' is none), found by one step in an index from
 //                   each to the next: a claim costs as much as there are owners, and groups of the owner it takes from
 //   turns, ordered  next_group()
@@ -38,7 +39,7 @@ constexpr auto kClaimSome = R"sql(
             SELECT owner, 0 AS running, rank FROM owners
             UNION ALL SELECT owner, 1, NULL FROM jobs WHERE state = 1) AS each
           GROUP BY owner) AS load
-        WHERE rank IS NOT NULL ORDER BY running, rank),
+        WHERE rank IS NOT NULL AND NOT ($8 AND running > 0) ORDER BY running, rank),
       taken AS MATERIALIZED (
         SELECT locked.* FROM turns CROSS JOIN LATERAL (
           WITH RECURSIVE groups (batch, rank) AS (
@@ -192,7 +193,7 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
 }  // namespace
 
 Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                       std::size_t most, Suspects suspects) {
+                                                       std::size_t most, Suspects suspects, Owners owners) {
   const std::int64_t claim = random_number();
   bool repeated = false;
   Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
@@ -200,7 +201,7 @@ Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker
       if (auto before = all_claimed(connection.query(kClaimedBefore, claim)); !before.empty()) return before;
     }
     return all_claimed(connection.query(kClaimSome, suspects == Suspects::too, worker, now, lease_until, most,
-                                        kBytesOfOneSecond, claim));
+                                        kBytesOfOneSecond, claim, owners == Owners::with_none_running));
   });
   if (!claimed) return claimed;
   for (const Claimed& one : *claimed) {

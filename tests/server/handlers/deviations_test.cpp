@@ -56,11 +56,11 @@ class PausingBlobs : public store::BlobStore {
   store::BlobStore& real_;
 };
 
-Result<api::SharedMesh> fetch(const server::MeshSource& source, Control& control) {
+Result<api::SharedMesh> fetch(const server::MeshSource& source, server::MemoryReservation&, Control& control) {
   return api::prepare(api::load(source.input, {}), source.input, Prepared::Use::once, control);
 }
 
-Settings settings() {
+Settings deviation_settings() {
   Settings settings;
   settings.port = 0;
   settings.workers = 1;
@@ -103,8 +103,9 @@ struct HeldUp {
   PausingBlobs blobs{embedded.blobs()};
   server::MeshCache cache{std::uint64_t{1} << 20};
   server::MapCache maps{{embedded.folder() / "maps", 1'000'000, "/tmp"}};
-  Service service{
-      settings(), fetch, {embedded.jobs(), embedded.meshes(), blobs, embedded.signals(), cache, false, &maps}};
+  Service service{deviation_settings(),
+                  fetch,
+                  {embedded.jobs(), embedded.meshes(), blobs, embedded.signals(), cache, false, &maps}};
   int port = 0;
   std::string a, comparison;
 

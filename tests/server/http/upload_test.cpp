@@ -52,6 +52,21 @@ TEST_CASE("upload: all uploads share one budget") {
   CHECK(budget.used() == 100);
 }
 
+TEST_CASE("upload: one client's uploads leave room for another's, and give it back") {
+  ByteBudget budget(1000);
+  {
+    Upload greedy({budget, "greedy"}, kTemp), more({budget, "greedy"}, kTemp);
+    const std::string piece(10, 'x');
+    while (!greedy.append(piece)) continue;
+    CHECK(budget.used() == 750);
+    CHECK(more.append(piece)->kind == api::ProblemKind::overloaded);
+    Upload modest({budget, "modest"}, kTemp);
+    CHECK(!modest.append(std::string(150, 'x')));
+    CHECK(budget.used() == 900);
+  }
+  CHECK(budget.used() == 0);
+}
+
 TEST_CASE("upload: a directory without write access is an error") {
   ByteBudget budget(1 << 30);
   Upload upload(budget, "/nonexistent");

@@ -39,7 +39,7 @@ struct Stand {
   std::vector<Control::Clock::time_point> deadlines;
 
   Fetch fetch() {
-    return [this](const MeshSource& source, Control& control) -> Result<api::SharedMesh> {
+    return [this](const MeshSource& source, MemoryReservation&, Control& control) -> Result<api::SharedMesh> {
       if (source.input.part == "b") return stand_in(source);
       {
         const std::lock_guard lock(mutex);
@@ -113,7 +113,7 @@ inline Submission submission(const std::string& a, bool durable, const std::stri
 }
 
 inline Jobs::Submitted submit(Jobs& jobs, Submission asked) {
-  auto slot = jobs.admit(asked.durable ? Jobs::Kind::durable : Jobs::Kind::awaited);
+  auto slot = jobs.admit(asked.durable ? Jobs::Kind::durable : Jobs::Kind::awaited, "");
   REQUIRE(slot.has_value());
   return jobs.submit(std::move(*slot), std::move(asked));
 }

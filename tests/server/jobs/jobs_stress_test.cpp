@@ -17,7 +17,7 @@ constexpr int kRounds = 60;
 
 // A comparison of about a millisecond.
 Fetch quick(std::atomic<int>& compared) {
-  return [&compared](const MeshSource& source, Control& control) -> Result<api::SharedMesh> {
+  return [&compared](const MeshSource& source, MemoryReservation&, Control& control) -> Result<api::SharedMesh> {
     if (source.input.part == "b") return stand_in(source);
     ++compared;
     for (int i = 0; i < 5 && control.check() != Interruption::cancelled; ++i) {
@@ -47,7 +47,7 @@ class StressClient {
 
   void begin(int round) {
     const bool durable = chance(60);
-    auto slot = bench_.jobs.admit(durable ? Jobs::Kind::durable : Jobs::Kind::awaited);
+    auto slot = bench_.jobs.admit(durable ? Jobs::Kind::durable : Jobs::Kind::awaited, "");
     if (!slot) return ++seen_.refused, void();
     std::string key;
     if (durable && chance(50)) key = "key " + std::to_string(round % 7) + " of " + std::to_string(dice_() % 2);

@@ -157,7 +157,7 @@ TEST_CASE("jobs: an idempotency key is one job, also for concurrent requests") {
   std::vector<std::future<std::string>> clients;
   for (int i = 0; i < 8; ++i) {
     clients.push_back(std::async(std::launch::async, [&] {
-      auto slot = bench.jobs.admit(Jobs::Kind::durable);
+      auto slot = bench.jobs.admit(Jobs::Kind::durable, "");
       const auto submitted = bench.jobs.submit(std::move(*slot), submission("a", true, "key"));
       const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted);
       return job ? (*job)->key.id : "";

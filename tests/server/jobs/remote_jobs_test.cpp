@@ -125,21 +125,21 @@ TEST_CASE("front ends: each counts its waiting clients, all together count durab
   settings.max_queued_jobs = 3;
   FrontEnd one(common, settings), other(common, settings);
   for (int i = 0; i < 2; ++i) begun(submit(*one.jobs, submission(std::to_string(i), true)));
-  const auto last = one.jobs->admit(Jobs::Kind::durable);
+  const auto last = one.jobs->admit(Jobs::Kind::durable, "");
   CHECK(last.has_value());
-  CHECK_FALSE(one.jobs->admit(Jobs::Kind::durable).has_value());
+  CHECK_FALSE(one.jobs->admit(Jobs::Kind::durable, "").has_value());
   REQUIRE(eventually([&] { return other.jobs->figures().durable_slots == 2; }));
   begun(submit(*other.jobs, submission("2", true)));
-  CHECK_FALSE(other.jobs->admit(Jobs::Kind::durable).has_value());
+  CHECK_FALSE(other.jobs->admit(Jobs::Kind::durable, "").has_value());
   REQUIRE(eventually([&] { return other.jobs->store_queue()->counts().queued == 3; }));
   std::vector<Scheduler::Slot> slots;
   for (int i = 0; i < 4; ++i) {
-    auto slot = other.jobs->admit(Jobs::Kind::awaited);
+    auto slot = other.jobs->admit(Jobs::Kind::awaited, std::to_string(i));  // one client gets three of them
     REQUIRE(slot.has_value());
     slots.push_back(std::move(*slot));
   }
-  CHECK_FALSE(other.jobs->admit(Jobs::Kind::awaited).has_value());
-  CHECK(one.jobs->admit(Jobs::Kind::awaited).has_value());
+  CHECK_FALSE(other.jobs->admit(Jobs::Kind::awaited, "").has_value());
+  CHECK(one.jobs->admit(Jobs::Kind::awaited, "").has_value());
 }
 
 TEST_CASE("front ends: queued jobs of batches and waiting clients keep no durable job out") {
@@ -154,7 +154,7 @@ TEST_CASE("front ends: queued jobs of batches and waiting clients keep no durabl
   begun(submit(*front.jobs, submission("awaited", false)));
   REQUIRE(eventually([&] { return front.jobs->store_queue()->counts().queued == 2; }));
   CHECK(front.jobs->figures().durable_slots == 0);
-  CHECK(front.jobs->admit(Jobs::Kind::durable).has_value());
+  CHECK(front.jobs->admit(Jobs::Kind::durable, "").has_value());
 }
 
 TEST_CASE("front ends: while the store is away they refuse without asking it, and then go on") {
@@ -288,7 +288,7 @@ TEST_CASE("front ends: concurrent submissions pass the limit by less than one fo
   for (FrontEnd* front : {&one, &two, &three}) {
     for (int client = 0; client < 6; ++client) {
       clients.emplace_back([front, client, &refused] {
-        auto slot = front->jobs->admit(Jobs::Kind::durable);
+        auto slot = front->jobs->admit(Jobs::Kind::durable, "");
         if (!slot) return;
         const auto submitted = front->jobs->submit(std::move(*slot), of_ci("mesh " + std::to_string(client)));
         if (std::holds_alternative<Denial>(submitted)) ++refused;
@@ -325,7 +325,7 @@ TEST_CASE("front ends: a repetition before the job is stored finds it, though th
   std::vector<std::thread> clients;
   for (int client = 0; client < 8; ++client) {
     clients.emplace_back([&] {
-      auto slot = front.jobs->admit(Jobs::Kind::durable);
+      auto slot = front.jobs->admit(Jobs::Kind::durable, "");
       if (!slot) return;
       const auto submitted = front.jobs->submit(std::move(*slot), of_ci("a", "k"));
       const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted);

@@ -28,7 +28,7 @@ class Busy {
       started->set_value();
       released->get_future().get();
     };
-    scheduler.submit(*scheduler.admit(Kind::awaited), task([wait](Slot) { wait(); }, 0, owner));
+    scheduler.submit(*scheduler.admit(Kind::awaited, owner), task([wait](Slot) { wait(); }, 0, owner));
     started->get_future().get();
   }
   void release() { released_->set_value(); }
@@ -43,25 +43,25 @@ TEST_CASE("scheduler: the number of slots of a kind is limited") {
   Scheduler scheduler({1, 3, 1});
   std::vector<Slot> slots;
   for (int i = 0; i < 3; ++i) {
-    auto slot = scheduler.admit(Kind::awaited);
+    auto slot = scheduler.admit(Kind::awaited, "");
     REQUIRE(slot.has_value());
     slots.push_back(std::move(*slot));
   }
-  CHECK(!scheduler.admit(Kind::awaited));
-  auto durable = scheduler.admit(Kind::durable);
+  CHECK(!scheduler.admit(Kind::awaited, ""));
+  auto durable = scheduler.admit(Kind::durable, "");
   CHECK(durable.has_value());
-  CHECK(!scheduler.admit(Kind::durable));
-  const Slot again = scheduler.admit_again();
+  CHECK(!scheduler.admit(Kind::durable, ""));
+  const Slot again = scheduler.admit_again("");
   CHECK(scheduler.figures().awaited_slots == 3);
   CHECK(scheduler.figures().durable_slots == 2);
   slots.pop_back();
-  CHECK(scheduler.admit(Kind::awaited).has_value());
+  CHECK(scheduler.admit(Kind::awaited, "").has_value());
 }
 
 TEST_CASE("scheduler: a client with an answer gets the next slot") {
   Scheduler scheduler({1, 1, 1});
   for (int i = 0; i < 200; ++i) {
-    auto slot = scheduler.admit(Kind::awaited);
+    auto slot = scheduler.admit(Kind::awaited, "");
     REQUIRE(slot.has_value());
     const auto answered = std::make_shared<std::promise<void>>();
     scheduler.submit(std::move(*slot), task([answered](Slot held) {
@@ -78,7 +78,8 @@ TEST_CASE("scheduler: jobs of one size run in order, a small one before large on
     Scheduler scheduler({1, 20, 1});
     Busy busy(scheduler);
     const auto submit = [&](int name, std::uint64_t bytes) {
-      scheduler.submit(*scheduler.admit(Kind::awaited), task([&order, name](Slot) { order.push_back(name); }, bytes));
+      scheduler.submit(*scheduler.admit(Kind::awaited, ""),
+                       task([&order, name](Slot) { order.push_back(name); }, bytes));
     };
     submit(1, 5'000'000'000);
     submit(2, 1'000'000'000);
@@ -99,12 +100,12 @@ TEST_CASE("scheduler: an owner with nothing running comes first") {
     Busy first(scheduler, "greedy");
     Busy second(scheduler, "greedy");  // runs all the time
     for (const char* owner : {"greedy", "greedy", "modest"}) {
-      scheduler.submit(*scheduler.admit(Kind::awaited), task(
-                                                            [&order, owner, all_done](Slot) {
-                                                              order.emplace_back(owner);
-                                                              if (order.size() == 3) all_done->set_value();
-                                                            },
-                                                            0, owner));
+      scheduler.submit(*scheduler.admit(Kind::awaited, ""), task(
+                                                                [&order, owner, all_done](Slot) {
+                                                                  order.emplace_back(owner);
+                                                                  if (order.size() == 3) all_done->set_value();
+                                                                },
+                                                                0, owner));
     }
     first.release();
     all_done->get_future().get();
@@ -126,7 +127,7 @@ TEST_CASE("scheduler: cancel_all() cancels running, waiting and future tasks") {
   {
     Scheduler scheduler({1, 3, 1});
     const auto submit = [&](const std::shared_ptr<Control>& control, std::function<void(Slot)> work) {
-      scheduler.submit(*scheduler.admit(Kind::awaited), {"", 0, std::chrono::hours(1), control, std::move(work)});
+      scheduler.submit(*scheduler.admit(Kind::awaited, ""), {"", 0, std::chrono::hours(1), control, std::move(work)});
     };
     submit(running, [&](Slot) {
       started->set_value();
@@ -138,4 +139,45 @@ TEST_CASE("scheduler: cancel_all() cancels running, waiting and future tasks") {
     submit(later, [&](Slot) { until_cancelled(later); });
   }
   CHECK(cancelled == 3);
+}
+
+TEST_CASE("scheduler: one client never gets all places of a kind, and two leave some, too") {
+  Scheduler scheduler({1, 18, 1});
+  std::vector<Slot> slots;
+  const auto most_of = [&](const std::string& client) {
+    for (std::size_t taken = 0;; ++taken) {
+      auto slot = scheduler.admit(Kind::awaited, client);
+      if (!slot) return taken;
+      slots.push_back(std::move(*slot));
+    }
+  };
+  CHECK(most_of("greedy") == 14);
+  CHECK(most_of("other") == 3);
+  CHECK(most_of("modest") == 1);
+  slots.clear();
+  CHECK(most_of("modest") == 14);
+}
+
+TEST_CASE("scheduler: a client with nothing running gets a thread while another's jobs have all workers") {
+  Scheduler scheduler({2, 20, 1});
+  Busy first(scheduler, "greedy"), second(scheduler, "greedy");
+  std::promise<void> third_ran, guest_ran;
+  std::atomic<bool> guest_done{false};
+  scheduler.submit(*scheduler.admit(Kind::awaited, "greedy"), task(
+                                                                  [&](Slot) {
+                                                                    CHECK(guest_done);
+                                                                    third_ran.set_value();
+                                                                  },
+                                                                  0, "greedy"));
+  scheduler.submit(*scheduler.admit(Kind::awaited, "modest"), task(
+                                                                  [&](Slot) {
+                                                                    guest_done = true;
+                                                                    guest_ran.set_value();
+                                                                  },
+                                                                  0, "modest"));
+  guest_ran.get_future().get();
+  CHECK(scheduler.figures().waiting == 1);
+  first.release();
+  third_ran.get_future().get();
+  second.release();
 }

@@ -33,7 +33,7 @@ struct FrontEnd {
     common.jobs.tell_to(signals);
     jobs.emplace(
         settings,
-        [](const MeshSource&, Control&) -> Result<api::SharedMesh> {
+        [](const MeshSource&, MemoryReservation&, Control&) -> Result<api::SharedMesh> {
           return Error{ErrorCode::internal, "a front end reads nothing", "", ""};
         },
         Stores{common.jobs, common.embedded.meshes(), common.embedded.blobs(), signals, cache, true}, access, metrics);
@@ -62,7 +62,8 @@ struct Hands {
   explicit Hands(Common& common) : jobs(common.jobs) {}
 
   store::Claimed claim() {
-    auto claimed = store::got(jobs.claim_some("hands", jobs.time(), lease(), 1, store::JobStore::Suspects::too));
+    auto claimed = store::got(jobs.claim_some("hands", jobs.time(), lease(), 1, store::JobStore::Suspects::too,
+                                              store::JobStore::Owners::all));
     REQUIRE(claimed.size() == 1);
     jobs.tell(store::Signal::Kind::changed, claimed.front().token.key);
     return std::move(claimed.front());

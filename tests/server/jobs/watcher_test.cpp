@@ -179,7 +179,7 @@ TEST_CASE("watcher: a place taken while another client leaves the job is given b
   Scheduler scheduler({1, 1, 1});
   for (int i = 0; i < 200; ++i) {
     LiveJob job(store::new_job("owner", "job"), {}, {}, {}, false);
-    auto slot = scheduler.admit(Scheduler::Kind::awaited);
+    auto slot = scheduler.admit(Scheduler::Kind::awaited, "");
     REQUIRE(slot);
     std::thread other([&] { job.give_places_back(); });
     job.hold_place(std::move(*slot));

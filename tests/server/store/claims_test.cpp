@@ -262,6 +262,23 @@ TEST_CASE_TEMPLATE("claims: random queues are claimed in the order of the policy
   }
 }
 
+TEST_CASE_TEMPLATE("claims: owners that have a running job are passed over on request", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  const auto claim = [&](JobStore::Owners owners) {
+    const auto claimed = got(jobs.claim_some("w", at(50), at(110), 1, JobStore::Suspects::passed_over, owners));
+    return claimed.empty() ? std::string() : claimed.front().job.key.owner;
+  };
+  using Owners = JobStore::Owners;
+  for (const char* id : {"1", "2", "3"}) got(jobs.insert(new_job("ann", id)));
+  CHECK(claim(Owners::with_none_running) == "ann");
+  CHECK(claim(Owners::with_none_running).empty());
+  got(jobs.insert(new_job("bob", "1")));
+  CHECK(claim(Owners::with_none_running) == "bob");
+  CHECK(claim(Owners::with_none_running).empty());
+  CHECK(claim(Owners::all) == "ann");
+}
+
 TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own token", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();

@@ -112,7 +112,8 @@ TEST_CASE("schema: rows of every earlier version are read") {
     const std::unique_ptr<SqliteStore> store = got(SqliteStore::open({database.path(), 50}));
     CHECK(got(store->stored("ann")).meshes == 1);
     CHECK(got(store->origin()).born == TimePoint(std::chrono::milliseconds(1)));
-    const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too));
+    const auto claimed =
+        got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too, JobStore::Owners::all));
     REQUIRE(claimed.size() == 1);
     CHECK(claimed[0].job.progress == Progress{1, 2, "", ""});
     CHECK(got(finish(*store, claimed[0].token, {JobState::done, "{}", "", at(120), at(1120)})));

@@ -34,7 +34,7 @@ struct WorkerBench {
   WorkerBench(Stores stores, Fetch fetch, WorkerOptions options, const Settings& chosen = one_worker())
       : settings(chosen),
         threads(settings.workers),
-        measuring(settings, std::move(fetch), metrics, threads, stores.jobs),
+        measuring(settings, std::move(fetch), metrics, threads, memory, stores.jobs),
         scheduler({settings.workers, settings.workers, 1000}),
         worker(settings, stores, measuring, scheduler, store_errors, metrics, std::move(options)) {}
 
@@ -49,6 +49,7 @@ struct WorkerBench {
   Metrics metrics;
   StoreErrors store_errors{metrics};
   ThreadBudget threads;
+  MemoryBudget memory{std::uint64_t{1} << 30};
   Measuring measuring;
   Scheduler scheduler;
   Worker worker;

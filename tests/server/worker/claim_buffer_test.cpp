@@ -92,3 +92,25 @@ TEST_CASE("claim buffer: a suspected job waits for all others, and nothing is cl
   CHECK(name_of(buffer.take()) == "last");
   CHECK(buffer.wanted() > 0);
 }
+
+TEST_CASE("claim buffer: a guest is wanted and begins while all threads are busy, one at a time") {
+  ClaimBuffer buffer(1);
+  CHECK(!buffer.wants_guest());  // any job can begin
+  buffer.add(ready("busy"));
+  const auto busy = buffer.take();
+  REQUIRE(busy);
+  CHECK(buffer.wanted() == 0);
+  CHECK(buffer.wants_guest());
+  const auto guest = ready("guest");
+  guest->guest = true;
+  buffer.add(guest);
+  CHECK(!buffer.wants_guest());
+  buffer.add(ready("next"));
+  CHECK(buffer.take() == guest);
+  CHECK(buffer.take() == nullptr);
+  CHECK(!buffer.wants_guest());
+  buffer.ended(*guest);
+  CHECK(buffer.running() == 1);
+  buffer.ended(*busy);
+  CHECK(name_of(buffer.take()) == "next");
+}

@@ -84,9 +84,9 @@ TEST_CASE("versions: the interval of another worker stays, if it has the same ve
 
   Stand stand;
   const Fetch until_released = stand.fetch();
-  const auto beginning = [&](const MeshSource& source, Control& control) {
+  const auto beginning = [&](const MeshSource& source, MemoryReservation& memory, Control& control) {
     control.report({0, kInfinity, "build"});
-    return until_released(source, control);
+    return until_released(source, memory, control);
   };
   WorkerBench bench(kept.stores(), beginning, options_of("w"));
   bench.worker.start();

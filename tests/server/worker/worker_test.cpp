@@ -141,7 +141,7 @@ TEST_CASE("worker: a suspected job runs alone") {
     keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "", i * 10'000'000U)));
   std::atomic<int> running{0};
   std::atomic<int> beside_suspect{0};
-  const Fetch fetch = [&](const MeshSource& source, Control&) -> Result<api::SharedMesh> {
+  const Fetch fetch = [&](const MeshSource& source, MemoryReservation&, Control&) -> Result<api::SharedMesh> {
     if (source.input.part == "b") return stand_in(source);
     ++running;
     std::this_thread::sleep_for(milliseconds(5));
@@ -174,7 +174,7 @@ void lose(Kept& kept, const std::string& worker) {
 
 // The comparison "long" lasts until it is released, all others end at once.
 Fetch lasting(const std::atomic<bool>& released) {
-  return [&](const MeshSource& source, Control& control) -> Result<api::SharedMesh> {
+  return [&](const MeshSource& source, MemoryReservation&, Control& control) -> Result<api::SharedMesh> {
     while (source.input.filename == "long" && !released && control.check() == Interruption::none) {
       std::this_thread::sleep_for(milliseconds(1));
     }
@@ -275,7 +275,7 @@ TEST_CASE("worker: the time of a job begins with its run, and ends with its clie
 TEST_CASE("worker: a job that times out before its meshes are read has ended, and is not tried again") {
   Kept kept;
   const auto key = put_job(kept, job_named("late"));
-  const auto too_late = [](const MeshSource&, Control&) {
+  const auto too_late = [](const MeshSource&, MemoryReservation&, Control&) {
     return Result<api::SharedMesh>(Error{ErrorCode::out_of_time, "the time was over", "", ""});
   };
   WorkerBench bench(kept.stores(), too_late, options_of("w"));

@@ -1,0 +1,117 @@
+"""What clients share: memory, workers, places and uploads."""
+
+import gzip
+import pathlib
+import tempfile
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+
+from harness import (ASYNC, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, flat_grid, post_head,
+                     read_answer, until)
+from keys import bearer, new_key, write_keys
+
+MB = 1_000_000
+
+
+class Memory(ServerCase):
+    """Comparisons reserve their memory: what does not fit waits, and what never can is refused."""
+
+    flags = ("--workers", "3", "--max-memory-bytes", str(264 * MB), "--max-heap-bytes", str(16 * MB))  # 4 searches; 200 MB for meshes
+    mesh = gzip.compress(flat_grid(400))  # 320,000 triangles: two of them take 113 MB with their trees
+
+    def test_what_never_fits_is_refused_with_the_numbers(self):
+        large = gzip.compress(flat_grid(560))
+        problem = self.refused(self.server.compare(large, large), 413, "too-large")
+        self.assertIn("1254400 triangles", problem["detail"])
+        self.assertIn("more than the 175000000 that one may have", problem["detail"])
+
+    def test_what_does_not_fit_now_waits(self):
+        with ThreadPoolExecutor(6) as pool:
+            answers = list(pool.map(lambda _: self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 100000}), range(6)))
+        self.assertEqual([answer.status for answer in answers], [200] * 6)
+
+    def test_one_that_waits_for_too_long_is_told(self):
+        slow = self.server.compare(self.mesh, self.mesh, options={**SLOW_OPTIONS, "timeout_ms": 100000}, extra=ASYNC)
+        self.assertEqual(slow.status, 202)
+        path = slow.headers["location"]
+        until(lambda: (self.server.get(path).json().get("progress") or {}).get("stage"))
+        problem = self.refused(self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 2000}), 503, "out-of-time")
+        self.assertIn("there was memory for it", problem["detail"])
+        self.assertEqual(self.server.compare().status, 200)  # a small one passes
+        self.server.send("DELETE", path)
+        self.assertEqual(self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 100000}).status, 200)
+
+    def test_a_reader_gets_more_when_the_usual_is_not_enough(self):
+        bomb = gzip.compress(SQUARE + b"#" * 150 * MB)
+        self.assertEqual(self.server.compare(bomb, RAISED).status, 413)  # more than the reader can have here
+        fits = gzip.compress(SQUARE + b"#" * 40 * MB)
+        self.assertEqual(self.server.compare(fits, RAISED).status, 200)
+
+
+class Keys(unittest.TestCase):
+    """One key's hard comparisons and stalled uploads leave a worker, places and room for another key."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = pathlib.Path(folder.name) / "keys.json"
+        self.greedy, one = new_key("greedy", max_jobs=1000, requests_per_minute=100000, burst=10000)
+        self.modest, other = new_key("modest")
+        write_keys(path, one, other)
+        self.server = Server("--keys-file", str(path), "--workers", "2", "--queue", "6", "--max-upload-bytes", str(4 * MB),
+                             "--max-queued-jobs", "40")
+        self.addCleanup(self.server.stop)
+
+    def small(self):
+        return self.server.compare(extra=bearer(self.modest), options={"timeout_ms": 60000})
+
+    def hard(self, extra=""):
+        return self.server.compare(**SLOW, options=SLOW_OPTIONS, extra=bearer(self.greedy) + extra)
+
+    def test_hard_comparisons_that_are_stored(self):
+        accepted = [self.hard(ASYNC).status for _ in range(40)]
+        self.assertEqual(set(accepted), {202, 503})
+        self.assertGreater(accepted.count(503), 5)
+        for _ in range(5):
+            self.assertEqual(self.small().status, 200)
+        stored = self.server.compare(extra=bearer(self.modest) + "Prefer: wait=60\r\n")
+        self.assertEqual((stored.status, stored.json()["status"]), (200, "converged"))
+
+    def test_hard_comparisons_that_clients_wait_for(self):
+        body = comparison(**SLOW, options=SLOW_OPTIONS)
+        connections = [self.server.connect() for _ in range(8)]
+        for connection in connections:
+            self.addCleanup(connection.close)
+            connection.sendall(post_head(len(body), bearer(self.greedy)) + body)
+        until(lambda: self.hard().status == 503)
+        for _ in range(5):
+            self.assertEqual(self.small().status, 200)
+
+    def test_uploads_that_stall(self):
+        stalled = []
+        for _ in range(6):
+            connection = self.server.connect()
+            self.addCleanup(connection.close)
+            body = comparison(a=b"#" * MB)
+            connection.sendall(post_head(len(body), bearer(self.greedy)) + body[:MB])
+            stalled.append(connection)
+        for _ in range(5):
+            self.assertEqual(self.small().status, 200)
+        self.assertEqual(self.server.compare(a=SQUARE + b"#" * 300_000, extra=bearer(self.modest)).status, 200)
+
+
+class Stalled(ServerCase):
+    flags = ("--workers", "1", "--queue", "0", "--body-timeout-ms", "60000")
+
+    def test_an_upload_that_stalls_gives_its_place_back(self):
+        with self.server.connect() as connection:
+            connection.sendall(post_head(1000) + b"--XX")
+            until(lambda: self.server.compare().status == 503)
+            answer = read_answer(connection.makefile("rb"))
+            self.refused(answer, 408, "request-timeout")
+            self.assertIn("no byte of the body arrived", answer.json()["detail"])
+        until(lambda: self.server.compare().status == 200)
+
+
+if __name__ == "__main__":
+    unittest.main()
