@@ -27,7 +27,7 @@ class Connection {
 
   std::string_view buffered() const { return std::string_view(buffer_).substr(start_); }
   void consume(std::size_t n);  // precondition: n <= buffered().size()
-  std::string peer() const;  // as of peer_of()
+  std::string peer() const;     // as of peer_of()
   void shrink();                // gives the memory of an empty buffer back
 
   // Appends up to `most` arrived bytes to buffered(). wants_*: there are none.
