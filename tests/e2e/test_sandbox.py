@@ -106,7 +106,7 @@ def writable_mounts(pid):
 
 class Workers(unittest.TestCase):
     def server(self, *flags, **more):
-        server = Server("--workers", "2", *flags, **more)
+        server = Server("--workers", "2", "--parsers", "2", *flags, **more)
         self.addCleanup(server.stop)
         return server
 
@@ -342,7 +342,7 @@ class Program(unittest.TestCase):
     """The properties of the spawner and its workers."""
 
     def setUp(self):
-        self.server = Server("--workers", "2")
+        self.server = Server("--workers", "2", "--parsers", "2")
         self.addCleanup(self.server.stop)
         until(lambda: len(workers(self.server)) == 2)
         self.spawner = family(self.server)[1]
