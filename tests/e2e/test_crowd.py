@@ -155,7 +155,7 @@ class Thousands(unittest.TestCase):
     def setUp(self):
         self.each = min(500, (resource.getrlimit(resource.RLIMIT_NOFILE)[0] - 200) // 4 // 3)
         self.server = Server("--io-threads", "2", "--workers", "1", "--queue", "8", "--max-event-streams", "200", "--max-pending-connections", "8000",
-                             *(flag for name in ("head", "body") for flag in ("--%s-timeout-ms" % name, "600000")), "--keep-alive-ms", "600000")
+                             *(flag for name in ("head", "body") for flag in ("--%s-timeout-ms" % name, "3600000")), "--keep-alive-ms", "600000")
         self.addCleanup(self.server.stop)
         self.busy, _ = begin_slow(self.server)
         self.stack = contextlib.ExitStack()
@@ -195,15 +195,20 @@ class Thousands(unittest.TestCase):
 
 
 class Queue(unittest.TestCase):
-    """Requests that wait while the only worker is busy."""
+    """Requests that wait while all threads are busy."""
 
     def setUp(self):
         self.server = Server("--workers", "1", "--queue", "4")
         self.addCleanup(self.server.stop)
         self.busy, _ = begin_slow(self.server)
         until(lambda: self.server.get(self.busy).json()["progress"])  # before that it may be claimed and not begun
+        self.guest = self.server.connect()  # for the thread that would begin an address's first one
+        body = comparison(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 100000})
+        self.guest.sendall(post_head(len(body)) + body)
+        until(lambda: b"\nmeshgauge_jobs_running 2\n" in self.server.get("/metrics").body)
 
     def tearDown(self):
+        self.guest.close()
         self.server.send("DELETE", self.busy)
 
     def compare_in(self, ms):
@@ -218,8 +223,8 @@ class Queue(unittest.TestCase):
         body = comparison(options=SLOW_OPTIONS)
         for _ in range(3):
             with contextlib.ExitStack() as stack:
-                for _ in range(5):
-                    stack.enter_context(self.server.connect()).sendall(post_head(len(body)) + body)
+                for i in range(5):  # one address alone does not get all places
+                    stack.enter_context(self.server.connect(60, "127.0.0.%d" % (2 + i % 2))).sendall(post_head(len(body)) + body)
                 until(lambda: self.server.get("/readyz").status == 503)
             until(lambda: self.server.get("/readyz").status == 200)
         self.assertEqual(self.compare_in(100), (503, "out-of-time"))
