@@ -105,7 +105,7 @@ class Slow(unittest.TestCase):
 
     def test_a_hundred_of_one_address_are_refused_beyond_its_limit(self):
         for start, refusals in ((SLOW_HEAD, {429}), (SLOW_BODY, {429, 503})):
-            server = self.start("--head-timeout-ms", "600000", "--body-timeout-ms", "600000", "--max-arriving-per-peer", "32", "--workers", "2", "--queue", "32")
+            server = self.start("--head-timeout-ms", "600000", "--body-timeout-ms", "600000", "--max-arriving-per-peer", "32", "--workers", "2", "--queue", "64")
 
             @contextlib.contextmanager
             def attack():
@@ -280,7 +280,7 @@ class Accept(unittest.TestCase):
         return len(os.listdir(f"/proc/{server.process.pid}/fd"))
 
     def test_no_descriptors_left(self):
-        server = Server("--head-timeout-ms", "600000", "--workers", "2")
+        server = Server("--head-timeout-ms", "600000", "--workers", "2", "--parsers", "2")
         self.assertEqual(server.compare().status, 200)
         until(lambda: len(workers(server)) == 2)  # the workers that were used have ended, and each has its successor
         before = self.descriptors(server)

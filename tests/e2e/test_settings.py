@@ -34,7 +34,7 @@ class Settings(unittest.TestCase):
         self.path.write_text("queue = 7\nkeep_alive_ms = 7\ngrace_ms = 7\n")
         text = self.printed("--config", str(self.path), "--queue", "9", "--workers", "2",
                             environment={"MESHGAUGE_QUEUE": "8", "MESHGAUGE_KEEP_ALIVE_MS": "8"})
-        for line in ("queue = 9", "keep_alive_ms = 8", "grace_ms = 7", "parsers = 0  # here: 2"):
+        for line in ("queue = 9", "keep_alive_ms = 8", "grace_ms = 7", "parsers = 0  # here: 3"):
             self.assertIn("\n%s\n" % line, text)
 
     def test_the_file_may_be_named_by_a_variable(self):
