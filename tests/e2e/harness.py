@@ -247,6 +247,15 @@ def until_computing(process, seconds=0.5):
     until(lambda: process.poll() is not None or processor_seconds(process) >= end)
 
 
+def occupy_guests(server, running):
+    """A connection whose comparison has the thread for clients with nothing running; then so many run."""
+    body = comparison(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 100000})
+    connection = server.connect()
+    connection.sendall(post_head(len(body)) + body)
+    until(lambda: b"\nmeshgauge_jobs_running %d\n" % running in server.get("/metrics").body)
+    return connection
+
+
 def begin_slow(server, extra=ASYNC, timeout_ms=100000):
     """The path of a comparison that runs for long, and its document."""
     answer = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": timeout_ms}, extra=extra)

@@ -15,7 +15,7 @@ import threading
 import time
 import unittest
 
-from harness import BINARY, SLOW, SLOW_OPTIONS, Server, begin_slow, comparison, post_head, read_answer, until, until_computing
+from harness import BINARY, SLOW_OPTIONS, Server, begin_slow, comparison, occupy_guests, post_head, read_answer, until, until_computing
 from test_sandbox import workers
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
@@ -202,10 +202,7 @@ class Queue(unittest.TestCase):
         self.addCleanup(self.server.stop)
         self.busy, _ = begin_slow(self.server)
         until(lambda: self.server.get(self.busy).json()["progress"])  # before that it may be claimed and not begun
-        self.guest = self.server.connect()  # for the thread that would begin an address's first one
-        body = comparison(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 100000})
-        self.guest.sendall(post_head(len(body)) + body)
-        until(lambda: b"\nmeshgauge_jobs_running 2\n" in self.server.get("/metrics").body)
+        self.guest = occupy_guests(self.server, 2)
 
     def tearDown(self):
         self.guest.close()

@@ -10,7 +10,7 @@ import threading
 import unittest
 from pathlib import Path
 
-from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, ServerCase, until
+from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, ServerCase, occupy_guests, until
 from maps import FLAT, WAVY, Glb, as_floats, compared, ply_of, positions_of
 
 
@@ -189,8 +189,9 @@ class Refusals(ServerCase):
         path, _ = compared(self.server, options={"timeout_ms": 2000})
         running = self.server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
         until(lambda: self.server.get(running).json()["state"] == "running")
-        threading.Timer(2.5, lambda: self.server.send("DELETE", running)).start()
+        threading.Timer(2.5, occupy_guests(self.server, 2).close).start()
         problem = self.refused(self.server.get(path + "/deviation.glb"), 503, "out-of-time")
+        self.server.send("DELETE", running)
         self.assertIn("timed out before", problem["detail"])
 
 

@@ -12,7 +12,7 @@ import time
 import unittest
 from pathlib import Path
 
-from harness import SLOW, SLOW_OPTIONS, Server, flat_grid, read_answer, until, wavy_grid
+from harness import SLOW, SLOW_OPTIONS, Server, flat_grid, occupy_guests, read_answer, until, wavy_grid
 from keys import bearer, new_key, write_keys
 from maps import FLAT, WAVY, compared
 
@@ -142,7 +142,7 @@ class Cached(unittest.TestCase):
         path, _ = compared(server, options={"timeout_ms": 100000})
         running = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
         until(lambda: server.get(running).json()["state"] == "running")
-        with server.connect() as connection:
+        with occupy_guests(server, 2), server.connect() as connection:
             connection.sendall(("GET %s/deviation.ply HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
             until(lambda: self.value(server, "meshgauge_queue_depth") == 1)
         until(lambda: self.value(server, "meshgauge_queue_depth") == 0)
@@ -154,7 +154,7 @@ class Cached(unittest.TestCase):
         path, _ = compared(server, options={"timeout_ms": 100000})
         running = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
         until(lambda: server.get(running).json()["state"] == "running")
-        with server.connect() as connection:
+        with occupy_guests(server, 2), server.connect() as connection:
             connection.sendall(("GET %s/deviation.ply HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
             until(lambda: self.value(server, "meshgauge_queue_depth") == 1)
             server.process.terminate()
