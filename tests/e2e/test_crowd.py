@@ -15,7 +15,7 @@ import threading
 import time
 import unittest
 
-from harness import BINARY, SLOW_OPTIONS, Server, begin_slow, comparison, occupy_guests, post_head, read_answer, until, until_computing
+from harness import BINARY, SLOW, SLOW_OPTIONS, Server, begin_slow, comparison, occupy_guests, post_head, read_answer, until, until_computing
 from test_sandbox import workers
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
