@@ -15,10 +15,6 @@ using api::ProblemKind;
 constexpr std::size_t kMaxChunkLineBytes = 256;
 constexpr int kMaxTrailers = 32;
 
-// What a body holds, others wait for: it may pause for this share of its time.
-constexpr int kStallShare = 8;
-constexpr std::chrono::milliseconds kLeastStall{1000};
-
 }  // namespace
 
 Body::Body(Connection& connection, const Head& head, std::uint64_t max_bytes)

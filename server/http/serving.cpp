@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kWriteTime{30'000};  // for a response, or a piece of a stream
 constexpr milliseconds kFilePieceTime{10'000};
 constexpr std::size_t kLeastFileBytesPerMs = 512;
-// A body holds what others wait for: it may stop for this share of its time.
+// Other requests wait for the place and the bytes that an upload holds: it may stop for this share of its time.
 constexpr int kStallShare = 8;
 constexpr milliseconds kLeastStall{1000};
 constexpr milliseconds kSilence{15'000};  // proxies close connections that are silent for longer

@@ -1,9 +1,9 @@
 #include "server/jobs/jobs.h"
-#include "server/memory_plan.h"
 
 #include <utility>
 
 #include "api/digest.h"
+#include "server/memory_plan.h"
 
 namespace meshgauge::server {
 namespace {

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from harness import (ASYNC, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, flat_grid, post_head,
                      read_answer, until)
 from keys import bearer, new_key, write_keys
-from test_sandbox import Held
+from test_sandbox import Held, workers
 
 MB = 1_000_000
 
@@ -32,10 +32,11 @@ class Memory(ServerCase):
         self.assertEqual([answer.status for answer in answers], [200] * 6)
 
     def test_one_that_waits_for_too_long_is_told(self):
+        until(lambda: len(workers(self.server)) == 4)  # those that other tests used have ended
         held = [Held(self.server), Held(self.server)]  # readers that were stopped, of 50 MB each
         problem = self.refused(self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 2000}), 503, "out-of-time")
         self.assertIn("there was memory for it", problem["detail"])
-        self.assertEqual(self.server.compare().status, 200)  # a small one passes
+        self.assertEqual(self.server.compare().status, 200)  # a small one fits beside them
         for one in held:
             one.connection.close()
         self.assertEqual(self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 100000}).status, 200)
@@ -56,7 +57,8 @@ class Keys(unittest.TestCase):
         path = pathlib.Path(folder.name) / "keys.json"
         self.greedy, one = new_key("greedy", max_jobs=1000, requests_per_minute=100000, burst=10000)
         self.modest, other = new_key("modest")
-        write_keys(path, one, other)
+        self.watching, third = new_key("watching", "--scope", "metrics")
+        write_keys(path, one, other, third)
         self.server = Server("--keys-file", str(path), "--workers", "2", "--queue", "6", "--max-upload-bytes", str(4 * MB),
                              "--max-queued-jobs", "40")
         self.addCleanup(self.server.stop)
@@ -66,6 +68,10 @@ class Keys(unittest.TestCase):
 
     def hard(self, extra=""):
         return self.server.compare(**SLOW, options=SLOW_OPTIONS, extra=bearer(self.greedy) + extra)
+
+    def level(self, name):
+        text = self.server.get("/metrics", extra=bearer(self.watching)).body.decode()
+        return float(text.split("\n%s " % name, 1)[1].split("\n", 1)[0])
 
     def test_hard_comparisons_that_are_stored(self):
         accepted = [self.hard(ASYNC).status for _ in range(40)]
@@ -82,18 +88,18 @@ class Keys(unittest.TestCase):
         for connection in connections:
             self.addCleanup(connection.close)
             connection.sendall(post_head(len(body), bearer(self.greedy)) + body)
-        until(lambda: self.hard().status == 503)
+        until(lambda: self.level("meshgauge_queue_depth") == 4)  # beside two that run: its share of eight places
+        self.assertEqual(self.hard().status, 503)
         for _ in range(5):
             self.assertEqual(self.small().status, 200)
 
     def test_uploads_that_stall(self):
-        stalled = []
         for _ in range(6):
             connection = self.server.connect()
             self.addCleanup(connection.close)
             body = comparison(a=b"#" * MB)
             connection.sendall(post_head(len(body), bearer(self.greedy)) + body[:MB])
-            stalled.append(connection)
+        until(lambda: self.level("meshgauge_upload_bytes") > 2 * MB)
         for _ in range(5):
             self.assertEqual(self.small().status, 200)
         self.assertEqual(self.server.compare(a=SQUARE + b"#" * 300_000, extra=bearer(self.modest)).status, 200)
@@ -105,7 +111,7 @@ class Stalled(ServerCase):
     def test_an_upload_that_stalls_gives_its_place_back(self):
         with self.server.connect() as connection:
             connection.sendall(post_head(1000) + b"--XX")
-            until(lambda: self.server.compare().status == 503)
+            until(lambda: self.server.get("/readyz").status == 503)  # it has the only place
             answer = read_answer(connection.makefile("rb"))
             self.refused(answer, 408, "request-timeout")
             self.assertIn("no byte of the body arrived", answer.json()["detail"])
