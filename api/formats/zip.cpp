@@ -47,7 +47,7 @@ long seek_memory(void* /*opaque*/, void* file, ZPOS64_T offset, int origin) {
   // minizip seeks to a directory record from the start of the archive, then reads it.
   if (origin == ZLIB_FILEFUNC_SEEK_SET) {
     memory.record_at = memory.at;
-    memory.record = plain_zip_record(memory.bytes, memory.at);
+    memory.record = memory.in_directory ? plain_zip_record(memory.bytes, memory.at) : std::vector<std::byte>{};
   }
   return 0;
 }
@@ -158,7 +158,10 @@ Result<Done> ZipArchive::read(std::string_view name, const Sink& sink) {
   const Entry& entry = found->second;
   if (auto ok = check(name, entry); !ok) return ok;
   const unz64_file_pos place{entry.directory_offset, entry.number};
-  if (unzGoToFilePos64(file_.get(), &place) != UNZ_OK || unzOpenCurrentFile(file_.get()) != UNZ_OK) {
+  memory_->in_directory = true;
+  const bool found_again = unzGoToFilePos64(file_.get(), &place) == UNZ_OK;
+  memory_->in_directory = false;
+  if (!found_again || unzOpenCurrentFile(file_.get()) != UNZ_OK) {
     return fail(name, ErrorCode::unreadable_mesh, "the entry of the zip archive and its directory do not agree");
   }
   auto ok = expand(name, entry, sink);

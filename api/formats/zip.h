@@ -22,7 +22,8 @@ bool is_zip(std::string_view text);
 struct ZipMemory {
   std::span<const std::byte> bytes;
   std::size_t at = 0;
-  bool short_read = false;  // true: the last read reached the end
+  bool short_read = false;   // true: the last read reached the end
+  bool in_directory = true;  // false: an entry's own bytes are read, whatever they look like
   // A directory record that replaces the bytes from `record_at` on (api/formats/zip64.h).
   std::size_t record_at = 0;
   std::vector<std::byte> record;

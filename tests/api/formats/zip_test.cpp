@@ -64,6 +64,13 @@ TEST_CASE("zip: entries whose sizes and places are in Zip64 fields") {
   CHECK(entry_of(zip(both(large)), "a") == "b of 'a': an entry of 4 GiB or more, or a damaged Zip64 field");
 }
 
+TEST_CASE("zip: a stored entry that begins like a record of a directory is not one") {
+  const std::string other = zip({{"b", kText, 8, 0, 0, 0, true}});
+  const std::size_t begin = other.find("PK\x01\x02");
+  const std::string record = other.substr(begin, other.find("PK\x05\x06") - begin);
+  CHECK(entry_of(zip({{"a", record, 0}}), "a") == record);
+}
+
 TEST_CASE("zip: a cut or changed Zip64 field is noticed, or does not change an entry") {
   const std::string archive = zip({{"a", kText, 8, 0, 0, 0, true}, {"b", kText, 0, 0, 0, 0, true}});
   for (std::size_t at = 0; at < archive.size(); ++at) {
