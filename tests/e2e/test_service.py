@@ -9,8 +9,8 @@ import threading
 import time
 import unittest
 
-from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, flat_grid, comparison, holding_the_worker, multipart, post_head,
-                     read_answer, until, until_computing, wavy_grid)
+from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, flat_grid, comparison, holding_the_worker, multipart, occupy_guests,
+                     post_head, read_answer, until, until_computing, wavy_grid)
 from test_batches import accepted, slow_pairs, submit
 
 
@@ -183,6 +183,7 @@ class Crowd(unittest.TestCase):
         until(lambda: server.get(busy).json()["progress"])  # before that the others may overtake it
         body = comparison()
         with contextlib.ExitStack() as stack:
+            guest = stack.enter_context(occupy_guests(server, 2))
             waiting = [stack.enter_context(server.connect(120)) for _ in range(10)]
             for connection in waiting:
                 connection.sendall(post_head(len(body)) + body)
@@ -192,6 +193,7 @@ class Crowd(unittest.TestCase):
             until(lambda: b"\nmeshgauge_queue_depth 10\n" in server.get("/metrics").body)
             until(lambda: b"\nmeshgauge_event_streams 10\n" in server.get("/metrics").body)
             self.assertEqual(server.get("/openapi.yaml").status, 200)
+            guest.close()
             server.send("DELETE", busy)
             self.assertEqual([read_answer(connection.makefile("rb")).status for connection in waiting], [200] * 10)
             self.assertTrue(all(b"event: end" in read_answer(connection.makefile("rb")).body for connection in listening))
