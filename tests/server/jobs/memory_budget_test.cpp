@@ -9,6 +9,7 @@
 
 #include <doctest/doctest.h>
 
+#include "engine/mesh.h"
 #include "tests/eventually.h"
 
 using namespace meshgauge;

@@ -49,18 +49,18 @@ async function slow(name) {
 
 test("comparisons that did not pass come first, without reading all results", async () => {
   const { id, view } = await mixed(), walk = await opened(view);
-  assert.match(await walk.text("#batch-view h1"), /Fail/);
-  assert.match(await walk.text("#batch-view .reason"), /59 fail, 1 could not be measured, 70 pass\./);
-  assert.match(await walk.text("#batch-view .pair-names"), /nightly & <i>more<\/i>/);
+  await walk.reads("#batch-view h1", /Fail/);
+  await walk.reads("#batch-view .reason", /59 fail, 1 could not be measured, 70 pass\./);
+  await walk.reads("#batch-view .pair-names", /nightly & <i>more<\/i>/);
   assert.equal(await tile(walk, "Not passed").getAttribute("aria-pressed"), "true");
-  assert.equal(await walk.text(".list-words"), "1 to 50 of 60");
+  await words(walk, "1 to 50 of 60");
   assert.equal((await names(walk))[0], "part 70");
   const row = walk.page.locator(".rows tbody tr").first();
   assert.match(await row.innerText(), /Fail\s+1\.\d+ to 2\.\d+\smm\s+limit 0\.5\smm/);
   assert.equal(await row.locator(".strip .limit-line").count(), 1);
   await walk.press("Next");
   assert.deepEqual((await names(walk)).slice(-2), ["Comparison 129", "<b>broken</b>"]);
-  assert.match(await walk.text(".rows tbody tr:last-child"), /Line 3 .* index 9/i);
+  await walk.reads(".rows tbody tr:last-child", /Line 3 .* index 9/i);
   await walk.page.locator("#row-search").fill("PART 127");
   await words(walk, "1 to 1 of 1");
   assert.deepEqual(walk.tab.requests.filter((line) => line.includes("results.jsonl")), []);
@@ -83,16 +83,16 @@ test("by the keyboard: a filter, a page, a comparison, and back to where it was"
   await page.keyboard.press("Enter");
   await page.keyboard.press("Enter");
   await words(walk, "101 to 130 of 130");
-  assert.equal(await page.evaluate(() => document.activeElement.textContent), "Previous");
-  assert.match(await page.locator("#status").innerText(), /All: 101 to 130 of 130/);
+  await walk.focused("Previous");
+  await walk.reads("#status", /All: 101 to 130 of 130/);
   const link = page.getByRole("link", { name: "part 69", exact: true });
   await link.focus();
   await page.keyboard.press("Enter");
   await walk.measured();
-  assert.match(await walk.text("#result-view h1"), /Pass/);
+  await walk.reads("#result-view h1", /Pass/);
   await page.goBack();
   await words(walk, "101 to 130 of 130");
-  assert.equal(await page.evaluate(() => document.activeElement.textContent), "part 69");
+  await walk.focused("part 69");
   assert.equal(walk.tab.requests.filter((line) => line.includes("results.jsonl")).length, 1);
   await page.reload();
   await words(walk, "101 to 130 of 130");
@@ -105,7 +105,7 @@ test("a comparison without a limit has not passed", async () => {
   const { id, view } = await begun(service, { comparisons: [{ name: " ", a: near, b: flat }, { a: near, b: flat, options: { gate } }] });
   await ended(service, id);
   const walk = await opened(view);
-  assert.match(await walk.text("#batch-view .reason"), /1 passes, 1 is measured\./);
+  await walk.reads("#batch-view .reason", /1 passes, 1 is measured\./);
   await tile(walk, "Not passed").click();
   await words(walk, /^None\.$/);
   await tile(walk, "All").click();
@@ -120,7 +120,7 @@ test("the reports are saved", async () => {
   for (const [label, path, name] of [["JUnit report", "junit.xml", /^batch-[0-9a-f]{8}-junit\.xml$/], ["Results as JSON lines", "results.jsonl", /^batch-[0-9a-f]{8}\.jsonl$/]]) {
     const pressed = walk.page.getByRole("button", { name: label });
     const [saved] = await Promise.all([walk.page.waitForEvent("download"), pressed.press("Enter")]);
-    await walk.page.waitForFunction((words) => document.activeElement.textContent === words, label);
+    await walk.focused(label);
     assert.match(saved.suggestedFilename(), name);
     assert.equal(readFileSync(await saved.path(), "utf8"), await (await asked(place.service, `/v1/batches/${id}/${path}`)).text());
   }
@@ -136,13 +136,13 @@ test("a running batch: its counts follow, also after a lost connection, until it
   await tab.go(view);
   await page.locator("#batch-view h1", { hasText: "of 4 compared" }).waitFor();
   await page.getByRole("link", { name: "quick", exact: true }).waitFor(); // small pairs come first
-  assert.match(await walk.text("#batch-view .reason"), /1 fails so far\. \d runs?, \d waits?\./);
+  await walk.reads("#batch-view .reason", /1 fails so far\. \d runs?, \d waits?\./);
   assert.ok(broken >= 1);
   assert.ok(await page.getByRole("button", { name: "JUnit report" }).isDisabled());
   await tab.shot("batch_running", { whole: true });
   await page.getByRole("button", { name: "Cancel", exact: true }).press("Enter");
   await page.locator("#batch-view h1:focus", { hasText: "Fail" }).waitFor();
-  assert.match(await walk.text("#batch-view .reason"), /1 fails, 3 were cancelled\./);
+  await walk.reads("#batch-view .reason", /1 fails, 3 were cancelled\./);
   await tile(walk, "Cancelled").click();
   await words(walk, "1 to 3 of 3");
   assert.equal((await batchAt(place.service, id)).state, "cancelled");
@@ -170,19 +170,19 @@ for (const [look, how] of Object.entries(looks))
 
 test("a link that is damaged, and one that leads nowhere", async () => {
   const walk = await opened("/b/0d67c9a2");
-  assert.match(await walk.text("#trouble"), /This link is damaged\s+A link to a batch ends in 32 .* This one has 8: the rest was cut off/);
+  await walk.reads("#trouble", /This link is damaged\s+A link to a batch ends in 32 .* This one has 8: the rest was cut off/);
   const { id, view } = await mixed();
   await walk.tab.go(`/b/${id.toUpperCase()}).`);
   await walk.page.getByRole("link", { name: id }).click();
   await walk.page.locator("#batch-view:not([hidden])").waitFor();
   assert.equal(new URL(walk.page.url()).pathname, view);
   await walk.tab.go("/b/");
-  assert.match(await walk.text("#trouble"), /This link is damaged\s+A link to a batch .* This one has 0: /);
+  await walk.reads("#trouble", /This link is damaged\s+A link to a batch .* This one has 0: /);
   await walk.tab.go(`${view}/`);
   await walk.page.locator("#batch-view:not([hidden])").waitFor();
   await walk.tab.go(`/b/${"0".repeat(32)}`);
   await walk.page.locator("#trouble h1").waitFor();
-  assert.match(await walk.text("#trouble"), /There is no such batch, or it was removed/);
+  await walk.reads("#trouble", /There is no such batch, or it was removed/);
   walk.tab.assertClean({ expected: [/404/] });
   await walk.tab.close();
 });

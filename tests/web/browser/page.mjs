@@ -1,4 +1,6 @@
 // Actions of a user on the page, by the accessible names of its parts.
+import assert from "node:assert/strict";
+
 import { asked } from "./service.mjs";
 
 export const patience = 120_000; // ms: two tests at once draw by software on few processors
@@ -59,6 +61,18 @@ export class Walk {
 
   text(selector) {
     return this.page.locator(selector).innerText();
+  }
+
+  // Waits until the text of the element is as expected.
+  async reads(selector, pattern) {
+    const reads = ([each, source, flags]) => new RegExp(source, flags).test(document.querySelector(each)?.innerText ?? "");
+    const end = this.page.waitForFunction(reads, [selector, pattern.source, pattern.flags]);
+    await end.catch(async () => assert.match(await this.text(selector), pattern));
+  }
+
+  // Waits until the element of these words has the focus.
+  focused(words) {
+    return this.page.waitForFunction((each) => document.activeElement.textContent === each, words);
   }
 
   // The viewer's element, when it has been built and its first picture drawn.

@@ -40,7 +40,7 @@ for (const [name, words, status] of refused) {
     await walk.measure();
     const said = await trouble(walk, name.replace(".", "_"));
     assert.match(said, words);
-    assert.match(await walk.text("#main"), /Candidate/);
+    await walk.reads("#main", /Candidate/);
     assert.ok(await walk.page.locator("#form-view").isVisible(), "the form is there to try again");
     walk.tab.assertClean({ expected: [lookup, new RegExp(`${status}.*/v1/comparisons`)] });
     await walk.page.locator("#file-a").setInputFiles(place.files["other.obj"]);
@@ -58,7 +58,7 @@ test("a file above the limit is refused with the limit", async () => {
   assert.match(said, /100[,. ]?000|100 kB/);
   assert.match(said, /smaller|gzip/);
   assert.match(said, /Baseline \(B\)/);
-  assert.match(await walk.text("#slot-b"), /larger than the limit/);
+  await walk.reads("#slot-b", /larger than the limit/);
   walk.tab.assertClean({ expected: [lookup, /413|ERR_/] });
   await walk.tab.close();
 });

@@ -100,10 +100,10 @@ test("a browser that keeps nothing for the page, and a key that no header may ha
   await page.locator("#key-button").click();
   await page.locator("#key").fill("mg_„key“");
   await walk.press("Use the key");
-  assert.match(await walk.text("#key-dialog"), /remove all other characters/);
+  await walk.reads("#key-dialog", /remove all other characters/);
   await page.locator("#key").fill("mg_key");
   await walk.press("Use the key");
-  assert.equal(await walk.text("#key-button"), "Key: set");
+  await walk.reads("#key-button", /^Key: set$/);
   walk.tab.assertClean();
   await walk.tab.close();
 });
@@ -125,8 +125,8 @@ test("measuring again takes the pair of its own result", async () => {
   await page.waitForURL(`**/c/${first.id}`);
   await walk.measured();
   await walk.press("Measure again");
-  assert.match(await walk.text("#slot-a"), /dented\.obj/);
-  assert.match(await walk.text("#slot-b"), /sphere\.obj/);
+  await walk.reads("#slot-a", /dented\.obj/);
+  await walk.reads("#slot-b", /sphere\.obj/);
   await walk.measure();
   await walk.measured();
   const again = await walk.job();
