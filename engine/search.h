@@ -98,7 +98,7 @@ class Search {
   const Box& from_box() const { return from_box_; }
   const Bvh& to() const { return to_; }
   ThreadPool& pool() const { return pool_; }
-  // These ask the monitor.
+  // The monitor's answers.
   std::optional<Stop> pulse() { return monitor_.pulse(*this); }
   bool interrupted() const { return monitor_.interrupted(); }
   // interrupted(), for queries.
@@ -139,7 +139,7 @@ class Search {
   // Observes the three corners of this triangle of A.
   void measure_corners(std::uint32_t triangle);
 
-  // Those of the goal, for the lower bound of now.
+  // Limits of the goal for the present lower bound.
   double cull_below() const { return goal_.cull_below(lower(), slack_); }
   double cull_within_tolerance() const { return cull_within_tolerance(lower()); }
   // The same for a given lower bound; depends on nothing else that changes.

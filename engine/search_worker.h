@@ -18,7 +18,7 @@ class SearchWorker {
   const Interrupted* stop() const { return search_.stop(); }
   Work& work() { return work_; }
 
-  // These have the meaning of the functions of Search.
+  // As the functions of Search of the same names.
   double lower() const { return search_.lower(); }
   double cull_within_tolerance() {
     const double lower_now = lower();
