@@ -17,8 +17,6 @@ bool names(std::string_view controllers, std::string_view wanted) {
   return false;
 }
 
-Limit least_of(Limit one, Limit other) { return one && other ? std::min(one, other) : one ? one : other; }
-
 // Returns the smallest limit of a group and its ancestors, since a process is in all of them. In a container the path
 // may be the host's, of which only the root is visible.
 Limit least_above(const std::string& mount, std::string path, GroupLimit limit_of) {

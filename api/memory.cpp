@@ -21,8 +21,7 @@ std::optional<double> bytes_in(const std::string& file) {
 
 // Above memory.high a process is not killed, but hardly runs any more.
 std::optional<double> limit_of_version_2(const std::string& group) {
-  const auto most = bytes_in(group + "/memory.max"), high = bytes_in(group + "/memory.high");
-  return most && high ? std::min(most, high) : most ? most : high;
+  return least_of(bytes_in(group + "/memory.max"), bytes_in(group + "/memory.high"));
 }
 
 std::optional<double> limit_of_version_1(const std::string& group) {

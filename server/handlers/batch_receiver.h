@@ -32,8 +32,8 @@ class BatchReceiver final : public MultipartSink {
  public:
   using Refusal = std::optional<api::Problem>;
 
-  // Borrows all but the owner. `keep`: store each file as a blob when it has arrived, reserved for the lifetime of this
-  // object. Without it, files are only hashed.
+  // Borrows all but the owner, also the budget of the share. `keep`: store each file as a blob when it has arrived,
+  // reserved for the lifetime of this object. Without it, files are only hashed.
   BatchReceiver(std::string owner, bool keep, const Settings& settings, const Stores& stores, Access& access,
                 UploadShare share);
   // Removes stored files that no row refers to; in the distributed form a sweep does.

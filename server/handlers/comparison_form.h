@@ -20,7 +20,7 @@ struct Form {
 
 class FormReceiver final : public MultipartSink {
  public:
-  // Borrows all three.
+  // Borrows the form, the settings and the budget of the share.
   FormReceiver(Form& form, const Settings& settings, UploadShare share)
       : form_(form), settings_(settings), share_(std::move(share)) {}
 

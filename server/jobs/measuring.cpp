@@ -73,12 +73,7 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   metrics_.job_started(ms_between(job.submitted, start) / 1000);
   api::StageTimes times;
   times.queue = ms_between(job.submitted, start);
-  MemoryReservation memory(memory_);
-  for (;;) {
-    if (const auto ok = memory.begin(job.control); !ok) return ok.error();
-    auto result = measure_within(memory, job, times);
-    if (!memory.restart()) return result;
-  }
+  return within(memory_, job.control, [&](MemoryReservation& memory) { return measure_within(memory, job, times); });
 }
 
 Result<api::Comparison> Measuring::measure_within(MemoryReservation& memory, LiveJob& job,

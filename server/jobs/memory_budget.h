@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <list>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "engine/control.h"
@@ -86,6 +87,19 @@ class MemoryReservation final : public sandbox::Memory {
   std::uint64_t meshes_ = 0, triangles_ = 0;
   bool restart_ = false;
 };
+
+// Calls `attempt(MemoryReservation&)`, again whenever a step did not fit, and returns its last Result. Errors also as
+// of MemoryReservation::begin().
+template <class Attempt>
+auto within(MemoryBudget& budget, Control& control, Attempt attempt) {
+  MemoryReservation memory(budget);
+  for (;;) {
+    using Outcome = decltype(attempt(memory));
+    if (auto ok = memory.begin(control); !ok) return Outcome(std::move(ok).error());
+    Outcome outcome = attempt(memory);
+    if (!memory.restart()) return outcome;
+  }
+}
 
 // Upper estimate of what a mesh takes with all that measuring makes of it.
 std::uint64_t bytes_of_mesh(std::uint64_t vertices, std::uint64_t triangles);

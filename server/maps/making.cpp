@@ -121,12 +121,7 @@ void Making::on_end(std::function<void()> wake) {
 
 Result<MadeFile> make_map(Making& making, const MapTools& tools) {
   try {
-    MemoryReservation memory(tools.memory);
-    for (;;) {
-      if (auto ok = memory.begin(making.control); !ok) return ok.error();
-      auto result = made(making, tools, memory);
-      if (!memory.restart()) return result;
-    }
+    return within(tools.memory, making.control, [&](MemoryReservation& memory) { return made(making, tools, memory); });
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::internal, "not enough memory for this deviation map", "", ""};
   } catch (const std::exception& error) {

@@ -127,7 +127,7 @@ class Comparisons(ServerCase):
 
 class Crowd(unittest.TestCase):
     def test_64_clients_on_a_queue_of_8(self):
-        server = Server("--queue", "8", "--workers", "2")
+        server = Server("--queue", "8", "--workers", "2", "--grace-ms", "100")
         self.addCleanup(server.stop)
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         with contextlib.ExitStack() as stack:
@@ -140,8 +140,12 @@ class Crowd(unittest.TestCase):
                 answer = read_answer(client.makefile("rb"))
                 self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
             until(lambda: b"\nmeshgauge_queue_depth 6\n" in server.get("/metrics").body)
-            self.assertEqual(select.select([client for client in clients if client not in refused], [], [], 0)[0], [])
-        until(lambda: server.compare().status == 200)  # their places are free
+            admitted = [client for client in clients if client not in refused]
+            self.assertEqual(select.select(admitted, [], [], 0)[0], [])
+            server.process.send_signal(signal.SIGTERM)
+            answers = [read_answer(client.makefile("rb")) for client in admitted]
+        self.assertEqual(len(answers), 8)
+        self.assertEqual(sorted(answer.status for answer in answers), [200] * 2 + [503] * 6, [answer.body[:90] for answer in answers])
 
     def test_slow_and_idle_connections_hold_no_thread(self):
         server = Server("--io-threads", "1", "--keep-alive-ms", "600000", "--head-timeout-ms", "600000")

@@ -41,13 +41,18 @@ def needles(n, dice):
     return made
 
 
+def direction(dice):
+    """A random vector of length 1."""
+    x, y, z = (dice.gauss(0, 1) for _ in range(3))
+    size = math.hypot(x, y, z)
+    return x / size, y / size, z / size
+
+
 def star(n, dice):
     """All share a corner."""
     made = []
     for _ in range(n):
-        x, y, z = (dice.gauss(0, 1) for _ in range(3))
-        size = math.hypot(x, y, z)
-        x, y, z = x / size, y / size, z / size
+        x, y, z = direction(dice)
         made.append((0, 0, 0, x, y, z, x + 0.01, y - 0.01, z))
     return made
 
@@ -66,9 +71,7 @@ def equidistant(n, dice):
     """A sphere around the other mesh, which is as near to one of them as to any other."""
     made = []
     for _ in range(n):
-        x, y, z = (dice.gauss(0, 1) for _ in range(3))
-        size = math.hypot(x, y, z)
-        x, y, z = 100 * x / size, 100 * y / size, 100 * z / size
+        x, y, z = (100 * each for each in direction(dice))
         made.append((x, y, z, x + 0.1, y, z, x, y + 0.1, z))
     return made
 
