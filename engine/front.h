@@ -20,6 +20,7 @@
 #include "engine/measured_pair.h"
 #include "engine/search.h"
 #include "engine/thread_pool.h"
+#include "engine/thresholds.h"
 
 namespace meshgauge {
 
@@ -32,6 +33,6 @@ enum class FrontEnd {
 // Tries to leave out most of `direction.from`. `known`: a computed distance that need not be exceeded, from the other
 // direction; raised to what this direction has found. `slack`: without B's residual.
 FrontEnd take_front(const MeasuredPair& pair, MeasuredDirection& direction, const Goal& goal, Slack slack,
-                    double& known, Control& control, ThreadPool& pool);
+                    const Thresholds& thresholds, double& known, Control& control, ThreadPool& pool);
 
 }  // namespace meshgauge

@@ -9,9 +9,8 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kSample = 64;  // vertices of A that decide whether to try
 constexpr double kDistant = 2;       // diagonals of A
 constexpr std::size_t kMorePoints = 2048;
-constexpr std::size_t kWorthIt = 8192;  // triangles
-constexpr std::size_t kPoints = 64;     // points of B for them
-constexpr std::size_t kQueries = 4;     // vertices measured in one round: the farthest one of each part of A
+constexpr std::size_t kPoints = 64;  // points of B that decide whether to try
+constexpr std::size_t kQueries = 4;  // vertices measured in one round: the farthest one of each part of A
 constexpr std::size_t kRounds = 3;
 constexpr std::size_t kMostUnmarked = 8;  // more than one vertex of so many without a mark: declined
 constexpr double kFarForDetail = 0x1p-4;  // of A's diagonal
@@ -39,7 +38,6 @@ FrontEnd PointFront::run() {
 // Whether the meshes seem so far from each other that few points of B bound most of A: A is small against its distance
 // from B, or for most of a sample of A one of few points of B is within the distance that some of A has at least.
 bool PointFront::seems_far() const {
-  if (from_.triangles.size() + to_.triangles.size() < kWorthIt) return false;
   const auto sample = [&](MeshView mesh, std::size_t count) {
     std::vector<Vec3> points;
     const std::size_t step = mesh.triangles.size() / count + 1;

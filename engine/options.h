@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "engine/statistics.h"
+#include "engine/thresholds.h"
 
 namespace meshgauge {
 
@@ -45,6 +46,7 @@ struct Options {
   unsigned threads = 1;                // at least 1; only `automatic` uses more than one
   std::string_view simd = "auto";      // instruction set: "auto" for the fastest, or one of supported_simd()
   std::optional<Sampling> statistics;  // nullopt: none; else sampled after the interval is final
+  Thresholds thresholds;               // for tests
 };
 
 // The instruction sets that this processor supports, the fastest first; the last is "scalar". All give the same bits.

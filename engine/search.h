@@ -18,6 +18,7 @@
 #include "engine/outcome.h"
 #include "engine/rounding.h"
 #include "engine/thread_pool.h"
+#include "engine/thresholds.h"
 
 namespace meshgauge {
 
@@ -158,8 +159,12 @@ class Search {
   // Drops the pieces whose bounds are at most `limit`; a heap stays a heap.
   void keep_above(double limit);
 
-  // Sets max_memory_bytes and max_work_items; without it there is no budget. Borrows `options`.
-  void set_budget(const Options& options) { budget_ = &options; }
+  // Sets max_memory_bytes, max_work_items and the thresholds; without it there is no budget. Borrows `options`.
+  void set_options(const Options& options) {
+    budget_ = &options;
+    thresholds_ = options.thresholds;
+  }
+  const Thresholds& thresholds() const { return thresholds_; }
   // Whether the waiting pieces and `others_bytes`, the strategy's own memory, exceed the memory, or all work items are
   // used: the search should end with Stop::budget.
   bool over_budget(std::size_t others_bytes = 0) const;
@@ -202,6 +207,7 @@ class Search {
   double dropped_ = 0;
   double unresolved_ = 0;
   const Options* budget_ = nullptr;
+  Thresholds thresholds_;
   Slack slack_;
   double reach_ = std::numeric_limits<double>::infinity();
   Candidate candidate_;

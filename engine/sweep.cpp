@@ -14,19 +14,15 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlockSize = 64;     // triangles; some 0.1 ms at most
 constexpr std::size_t kBlocksARound = 16;  // for each thread, between two pulses: about 1 ms
 constexpr std::uint64_t kTestsARound =
     1 << 19;  // limit of a round's point-triangle distances for each thread: about 10 ms
 constexpr std::size_t kBlocksWorthThreads = 16;  // fewer blocks take less time than the start of a thread
 constexpr std::size_t kMaxVisits = 64;           // limit of the triangles of B over one of A
-constexpr std::size_t kAdjacencyShare = 8;   // triangles of B whose adjacency costs as much as one failed certificate
-constexpr std::size_t kWorthAdjacency = 64;  // failed certificates below which no adjacency is made
+constexpr std::size_t kAdjacencyShare = 8;  // triangles of B whose adjacency costs as much as one failed certificate
 constexpr std::size_t kBlocksBeforeProbe = 32;  // one of so many is visited before, to raise the lower bound
 constexpr std::size_t kProbes = 32;             // blocks of A that are probed for whether to make the adjacency at once
 constexpr std::size_t kProbeLength = 4;         // triangles of each
-constexpr std::size_t kWorthPatches = 1000;     // triangles expected to fail below which no patch certificate is tried
-constexpr std::size_t kWorthPatch = 8;          // triangles of a block below which no patch is projected
 // What the other bounds of a triangle cost, in point-triangle distances: if that of the centroid mostly succeeds, or
 // mostly fails.
 constexpr std::uint64_t kTestsOfCentroid = 80;
@@ -100,8 +96,9 @@ class Sweep {
   // Bounds each block's box by eq. 4/5 and measures one of its vertices, which gives most of the final lower bound.
   std::optional<Stop> bound_blocks() {
     const std::size_t triangles = search_.from().triangles.size();
-    for (std::size_t first = 0; first < triangles; first += kBlockSize) {
-      blocks_.push_back(Block{first, std::min(first + kBlockSize, triangles)});
+    const std::size_t size = search_.thresholds().block;
+    for (std::size_t first = 0; first < triangles; first += size) {
+      blocks_.push_back(Block{first, std::min(first + size, triangles)});
     }
     const std::size_t round = 8 * kBlocksARound * search_.pool().size();
     for (std::size_t begin = 0;;) {
@@ -154,9 +151,10 @@ class Sweep {
     }
     const auto [guessed, uncertified] = guesses();
     if (tried == 0 || guessed == 0) return false;
-    const std::size_t expected = std::min(failed * to_come / tried, uncertified * to_come / guessed) * kBlockSize;
+    const std::size_t expected =
+        std::min(failed * to_come / tried, uncertified * to_come / guessed) * search_.thresholds().block;
     return 2 * failed >= tried && 2 * uncertified >= guessed &&
-           expected >= std::max(kWorthPatches, search_.to().mesh().triangles.size() / kAdjacencyShare);
+           expected >= std::max(search_.thresholds().patches, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   // The triangles of A for which guesses were tried, and of those the ones that no guess culled.
   std::pair<std::size_t, std::size_t> guesses() const {
@@ -179,7 +177,8 @@ class Sweep {
   // Whether so many triangles have failed that the overlay bound pays.
   bool overlay_pays() const {
     if (sweepers_[0].overlay) return false;
-    return guesses().second >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
+    return guesses().second >=
+           std::max(search_.thresholds().adjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   void adopt_overlay() {
     if (!search_.take_adjacency()) return;
@@ -187,7 +186,8 @@ class Sweep {
   }
   void adopt_patch() {
     if (!search_.take_adjacency()) return;
-    for (Sweeper& sweeper : sweepers_) sweeper.patch.emplace(search_.to(), *search_.adjacency());
+    for (Sweeper& sweeper : sweepers_)
+      sweeper.patch.emplace(search_.to(), *search_.adjacency(), search_.thresholds().patch_group);
   }
 
   void visit(Sweeper& sweeper, Block& block) {
@@ -214,7 +214,7 @@ class Sweep {
     if (guess_first) {
       std::erase_if(sweeper.left, [&](std::uint32_t t) { return culled_by_guess(sweeper, certificate_of(t), t); });
     }
-    if (sweeper.left.size() < kWorthPatch) return guess_first;
+    if (sweeper.left.size() < search_.thresholds().triangles_a_patch) return guess_first;
     const double limit = sweeper.worker.cull_within_tolerance();
     Work& work = sweeper.worker.work();
     const std::uint64_t tests = work.triangle_tests;

@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kOffset = rounding::kPatchOffset;
 
-constexpr std::size_t kMinGroup = 4;            // triangles of A; a smaller group is not worth its projection
 constexpr std::size_t kMaxLeavesATriangle = 6;  // limit of the leaves of B under a group, for each triangle of it
 constexpr double kSimilar = 0.7;  // least cosine between the normals of a group and that of its first triangle
 constexpr std::size_t kTestsOfLeaf = 4 * kLanes;  // point-triangle distances that cost as much as projecting a leaf
@@ -101,8 +100,11 @@ struct Patch::View {
   }
 };
 
-Patch::Patch(const Bvh& target, const Adjacency& adjacency)
-    : target_(target), adjacency_(adjacency), ground_of_((target.mesh().triangles.size() + kLanes - 1) / kLanes) {}
+Patch::Patch(const Bvh& target, const Adjacency& adjacency, std::size_t min_group)
+    : target_(target),
+      adjacency_(adjacency),
+      min_group_(min_group),
+      ground_of_((target.mesh().triangles.size() + kLanes - 1) / kLanes) {}
 
 std::span<const Patch::Bound> Patch::attempt(MeshView from, std::span<const std::uint32_t> triangles, double limit,
                                              Work& work) {
@@ -139,7 +141,7 @@ bool Patch::next_group(MeshView from, std::span<const std::uint32_t> triangles) 
       sum += normals_[i];
       normals_[i].setZero();
     }
-    if (group_.members.size() < kMinGroup) continue;
+    if (group_.members.size() < min_group_) continue;
     group_.direction = sum.normalized();
     group_.box = Box();
     for (const std::size_t i : group_.members) {

@@ -58,8 +58,8 @@ class Patch {
     std::uint32_t under = Nearest::kNone;                    // if bounded: a triangle of B under it
   };
 
-  // `adjacency`: of the target's mesh. Both must outlive the object.
-  Patch(const Bvh& target, const Adjacency& adjacency);
+  // `adjacency`: of the target's mesh. Both must outlive the object. `min_group`: Thresholds::patch_group.
+  Patch(const Bvh& target, const Adjacency& adjacency, std::size_t min_group);
 
   // Tries to show for each of `triangles`, neighbours in `from`, that h(triangle, B) is at most `limit`. Returns a
   // bound for each, valid until the next call. Adds the number of triangles of B that were looked at to `work`.
@@ -105,6 +105,7 @@ class Patch {
 
   const Bvh& target_;
   const Adjacency& adjacency_;
+  const std::size_t min_group_;
   std::vector<Bound> bounds_;
   std::vector<Vec3> normals_;  // unit vectors; zero: none, or the triangle has been treated
   Group group_;

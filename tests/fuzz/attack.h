@@ -49,6 +49,9 @@ struct Attacked {
 // give equal bits ("repeat"), there is no exception ("exception").
 Attacked attack(const Pair& pair, const Attempt& attempt, oracle::Judge& judge);
 
+// Returns thresholds with which small meshes reach the bounds that are meant for large ones.
+Thresholds lowered_thresholds(Dice& dice);
+
 // The attempts for one pair and one method: a plain measurement, and one that is interrupted or has a gate, chosen by
 // the result of the first.
 class Plan {

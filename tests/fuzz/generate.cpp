@@ -43,6 +43,12 @@ void offset(Dice& dice, Pair& pair) {
   note(pair, ", offset %.3g", by);
 }
 
+void part(Dice& dice, Pair& pair) {
+  const Vec3 shift = dice.point(dice.power(-1, 3));
+  for (Vec3& p : pair.b.positions) p += shift;
+  pair.what += ", apart";
+}
+
 void scale(Dice& dice, Pair& pair) {
   static constexpr double kSizes[] = {1e-320, 1e-310, 1e-300, 1e-160, 1e-155, 1e-100, 1e-20, 1e-8,
                                       1e8,    1e20,   1e100,  1e150,  1e155,  1e300,  1e306};
@@ -116,6 +122,7 @@ Pair generate(std::uint64_t seed) {
   if (dice.chance(0.3)) rotate(dice, pair);
   if (dice.chance(0.1)) to_float(pair);
   if (dice.chance(0.05)) nudge(dice, pair);
+  if (dice.chance(0.08)) part(dice, pair);
   if (dice.chance(0.15)) offset(dice, pair);
   if (dice.chance(0.15)) scale(dice, pair);
   if (dice.chance(0.05)) mix_magnitudes(dice, pair);

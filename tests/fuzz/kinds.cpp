@@ -321,6 +321,41 @@ void make_deformed(Dice& dice, Pair& pair) {
   if (dice.chance(0.1)) pair.b.positions.push_back(dice.point(100));
 }
 
+// Removes, turns, repeats and folds triangles of a sheet.
+void damage(Dice& dice, Mesh& mesh) {
+  const auto any = [&] { return dice.below(static_cast<std::uint32_t>(mesh.triangles.size())); };
+  const auto some_times = [&](double chance, auto&& change) {
+    for (std::uint32_t k = dice.chance(chance) ? 1 + dice.below(6) : 0; k > 0; --k) change();
+  };
+  some_times(0.4, [&] { mesh.triangles.erase(mesh.triangles.begin() + any()); });
+  some_times(0.3, [&] { std::swap(mesh.triangles[any()][0], mesh.triangles[any()][1]); });
+  some_times(0.2, [&] { std::reverse(mesh.triangles[any()].begin(), mesh.triangles[any()].end()); });
+  some_times(0.1, [&] { mesh.triangles.push_back(mesh.triangles[any()]); });
+  const double fold = dice.power(-2, -0.5);
+  some_times(0.2, [&] {
+    mesh.positions[mesh.triangles[any()][0]] += Vec3(dice.uniform(-fold, fold), dice.uniform(-fold, fold), 0);
+  });
+}
+
+// Two connected surfaces near each other, one finer than the other: some of a surface is missing, folded or double.
+void make_layers(Dice& dice, Pair& pair) {
+  const double height = dice.power(-6, -0.5);
+  pair.a = sheet(dice, dice.between(2, 5), dice.between(2, 4), dice.chance(0.3) ? 0 : height);
+  pair.b = sheet(dice, dice.between(3, 7), dice.between(3, 6), height);
+  if (dice.chance(0.8))
+    pair.a.positions[dice.below(static_cast<std::uint32_t>(pair.a.positions.size()))].z() += dice.power(-3, 0);
+  if (dice.chance(0.3)) {
+    const Mesh second = sheet(dice, dice.between(2, 4), dice.between(2, 4), height);
+    const double lift = dice.sign() * dice.power(-4, 0);
+    const auto base = static_cast<std::uint32_t>(pair.b.positions.size());
+    for (const Vec3& p : second.positions) pair.b.positions.emplace_back(p + Vec3(0, 0, lift));
+    for (const Triangle& t : second.triangles) pair.b.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+  }
+  damage(dice, pair.b);
+  if (dice.chance(0.2)) damage(dice, pair.a);
+  if (dice.chance(0.3)) std::swap(pair.a, pair.b);
+}
+
 constexpr Kind kKinds[] = {
     {"soup", make_soup},
     {"lattice", make_lattice},
@@ -339,8 +374,9 @@ constexpr Kind kKinds[] = {
     {"touching", make_touching},
     {"sheets", make_sheets},
     {"fan", make_fan},
-    {"many", make_many},
     {"deformed", make_deformed},
+    {"layers", make_layers},
+    {"many", make_many},
 };
 
 }  // namespace

@@ -27,6 +27,17 @@ std::uint64_t work_items(Dice& dice, int points) {
 
 }  // namespace
 
+Thresholds lowered_thresholds(Dice& dice) {
+  Thresholds low;
+  low.point_front = 0;
+  low.block = 1 + dice.below(16);
+  low.adjacency = 1;
+  low.patches = 0;
+  low.triangles_a_patch = 1;
+  low.patch_group = 1 + dice.below(3);
+  return low;
+}
+
 Tolerance Plan::tolerance(double diagonal) {
   const double eps = dice_.chance(0.15) ? 0 : dice_.power(-18, 1);
   Tolerance t;
@@ -63,6 +74,7 @@ Options Plan::options(double diagonal) {
   o.max_work_items = work_items(dice_, o.points);
   o.simd = supported_simd()[dice_.below(static_cast<std::uint32_t>(supported_simd().size()))];
   if (o.strategy == Strategy::automatic && dice_.chance(0.3)) o.threads = dice_.chance(0.5) ? 2 : 4;
+  if (o.strategy == Strategy::automatic && dice_.chance(0.5)) o.thresholds = lowered_thresholds(dice_);
   return o;
 }
 
@@ -158,6 +170,7 @@ std::string command_line(const Attempt& attempt, const std::string& a, const std
   if (attempt.cancel_at) line += ", cancelled at check " + std::to_string(*attempt.cancel_at);
   if (attempt.deadline) line += ", deadline after " + std::to_string(attempt.deadline->count()) + " us";
   if (attempt.watched) line += ", watched";
+  if (o.thresholds.patches == 0) line += ", lowered thresholds with blocks of " + std::to_string(o.thresholds.block);
   return line;
 }
 

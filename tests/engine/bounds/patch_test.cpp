@@ -15,7 +15,10 @@ namespace {
 // B with what the certificate needs.
 struct Ground {
   explicit Ground(const Mesh& b, const Kernels& kernels = *find_kernels("auto"))
-      : mesh(b), tree(tree_of(mesh, kernels)), adjacency(mesh, pool), patch(tree, adjacency) {}
+      : mesh(b),
+        tree(tree_of(mesh, kernels)),
+        adjacency(mesh, pool),
+        patch(tree, adjacency, Thresholds{}.patch_group) {}
   Ground(const Ground&) = delete;
   Ground& operator=(const Ground&) = delete;
 
