@@ -346,10 +346,9 @@ void make_layers(Dice& dice, Pair& pair) {
     pair.a.positions[dice.below(static_cast<std::uint32_t>(pair.a.positions.size()))].z() += dice.power(-3, 0);
   if (dice.chance(0.3)) {
     const Mesh second = sheet(dice, dice.between(2, 4), dice.between(2, 4), height);
-    const double lift = dice.sign() * dice.power(-4, 0);
-    const auto base = static_cast<std::uint32_t>(pair.b.positions.size());
-    for (const Vec3& p : second.positions) pair.b.positions.emplace_back(p + Vec3(0, 0, lift));
-    for (const Triangle& t : second.triangles) pair.b.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+    const Vec3 lift(0, 0, dice.sign() * dice.power(-4, 0));
+    const auto lifted = [&](std::uint32_t v) { return Vec3(second.positions[v] + lift); };
+    for (const auto& [i, j, k] : second.triangles) add_triangle(pair.b, lifted(i), lifted(j), lifted(k));
   }
   damage(dice, pair.b);
   if (dice.chance(0.2)) damage(dice, pair.a);
