@@ -39,6 +39,8 @@ Json mismatch(const ReadNotes& notes) {
 
 }  // namespace
 
+Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
+
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
 Json interval(double lower, double upper) { return {{"lower", lower}, {"upper", upper}}; }
@@ -69,7 +71,7 @@ Json json_of(const MeshFacts& facts, const KnownUnit& unit) {
           {"format_mismatch", mismatch(facts.notes)},
           {"unit", json_of(unit)},
           {"bytes", facts.bytes},
-          {"sha256", facts.sha256.empty() ? Json(nullptr) : Json(facts.sha256)},
+          {"sha256", text_or_null(facts.sha256)},
           {"vertices", facts.vertices},
           {"triangles", facts.triangles},
           {"degenerate", facts.degenerate},

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -11,6 +12,7 @@ namespace meshgauge::api {
 
 using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
 
+Json text_or_null(std::string_view text);  // null: the text is empty
 Json json_of(const Vec3& p);
 Json interval(double lower, double upper);
 Json json_of(const std::optional<Directed>& directed);

@@ -19,6 +19,9 @@ inline Error bad_flag(const std::string& flag, const std::string& why) { return 
 
 namespace api {
 
+// Returns the problem of a request that cannot be parsed.
+inline Problem malformed(std::string what) { return {ProblemKind::malformed_request, std::move(what), {}}; }
+
 // Returns the problem of a path whose id no resource has. `kind`: the noun of the resource.
 inline Problem not_found(const std::string& kind) {
   return {ProblemKind::not_found, "no " + kind + " has this id, or it is no longer stored", {}};

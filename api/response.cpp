@@ -35,8 +35,8 @@ Json timings(const Comparison& comparison) {
 
 Json gate(const Comparison& comparison) {
   if (!comparison.options.max_distance) return nullptr;
-  const std::string_view unit = limit_unit_name(comparison.options.units);
-  return {{"max_distance", *comparison.options.max_distance}, {"units", unit.empty() ? Json(nullptr) : Json(unit)}};
+  return {{"max_distance", *comparison.options.max_distance},
+          {"units", text_or_null(limit_unit_name(comparison.options.units))}};
 }
 
 Json verdict_of(const Comparison& comparison) {

@@ -60,7 +60,7 @@ struct Transfer {
   const HttpRequest& request;
   const std::size_t most_body;
   HttpAnswer answer = {};
-  std::uint64_t sent = 0;
+  std::size_t sent = 0;
 
   int status() const {
     long code = 0;
@@ -71,20 +71,19 @@ struct Transfer {
 
 std::size_t send_more(char* buffer, std::size_t size, std::size_t count, void* context) {
   auto& transfer = *static_cast<Transfer*>(context);
-  if (transfer.request.body.size == 0) return 0;
-  const auto read = transfer.request.body.read(transfer.sent, {reinterpret_cast<std::byte*>(buffer), size * count});
-  if (!read) {
-    transfer.answer.stopped = read.error();
-    return CURL_READFUNC_ABORT;
-  }
-  transfer.sent += *read;
-  return *read;
+  const auto rest = transfer.request.body.subspan(transfer.sent);
+  const auto piece = rest.first(std::min(rest.size(), size * count));
+  std::copy(piece.begin(), piece.end(), reinterpret_cast<std::byte*>(buffer));
+  transfer.sent += piece.size();
+  return piece.size();
 }
 
 // Rewinds the body: libcurl replaces a connection that was closed meanwhile and sends again.
 int send_again(void* context, curl_off_t offset, int origin) {
-  if (origin != SEEK_SET || offset < 0) return CURL_SEEKFUNC_CANTSEEK;
-  static_cast<Transfer*>(context)->sent = static_cast<std::uint64_t>(offset);
+  auto& transfer = *static_cast<Transfer*>(context);
+  if (origin != SEEK_SET || offset < 0 || static_cast<std::uint64_t>(offset) > transfer.request.body.size())
+    return CURL_SEEKFUNC_CANTSEEK;
+  transfer.sent = static_cast<std::size_t>(offset);
   return CURL_SEEKFUNC_OK;
 }
 
@@ -116,7 +115,7 @@ Headers headers_of(const HttpRequest& request) {
     list.reset(longer);
   };
   for (const auto& [name, value] : request.headers) append(value.empty() ? name + ":" : name + ": " + value);
-  if (request.body.size < kWorthLeave) append("Expect:");
+  if (request.body.size() < kWorthLeave) append("Expect:");
   return list;
 }
 
@@ -125,7 +124,7 @@ void set_method(CURL* easy, const HttpRequest& request) {
     curl_easy_setopt(easy, CURLOPT_NOBODY, 1L);
   } else if (request.method == "PUT" || request.method == "POST") {
     curl_easy_setopt(easy, CURLOPT_UPLOAD, 1L);
-    curl_easy_setopt(easy, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(request.body.size));
+    curl_easy_setopt(easy, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(request.body.size()));
   }
   if (request.method == "POST" || request.method == "DELETE") {
     curl_easy_setopt(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
@@ -232,13 +231,6 @@ void conclude(Transfer& transfer, std::optional<CURLcode> code, const HttpSettin
 }
 
 }  // namespace
-
-HttpBody::HttpBody(std::span<const std::byte> bytes)
-    : size(bytes.size()), read([bytes](std::uint64_t offset, std::span<std::byte> into) -> Result<std::size_t> {
-        const auto rest = bytes.subspan(offset, std::min<std::size_t>(into.size(), bytes.size() - offset));
-        if (!rest.empty()) std::memcpy(into.data(), rest.data(), rest.size());
-        return rest.size();
-      }) {}
 
 std::string HttpAnswer::header(const std::string& name) const {
   const auto found = headers.find(name);

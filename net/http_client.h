@@ -33,25 +33,12 @@ struct HttpSettings {
   std::size_t most_body = 4ULL << 20U;  // maximum size of an answer; beyond it Trouble::hopeless
 };
 
-// The body of a request, read by offset. What it refers to must outlive the exchange.
-struct HttpBody {
-  HttpBody() = default;
-  HttpBody(std::span<const std::byte> bytes);  // NOLINT(google-explicit-constructor)
-  template <class Read>
-  HttpBody(std::uint64_t its_size, Read its_read) : size(its_size), read(std::move(its_read)) {}
-
-  std::uint64_t size = 0;
-  // Fills `into` from the offset on and returns the number of bytes, less than its size only at the end. An Error
-  // ends the exchange.
-  std::function<Result<std::size_t>(std::uint64_t offset, std::span<std::byte> into)> read;
-};
-
 struct HttpRequest {
   std::string method;  // "HEAD", "GET", "PUT", "POST" or "DELETE"
   std::string path;    // percent-encoded; sent as it is
   // An empty value removes libcurl's own header of that name.
   std::vector<std::pair<std::string, std::string>> headers;
-  HttpBody body = {};                       // for PUT and POST
+  std::span<const std::byte> body = {};     // for PUT and POST; outlives the exchange
   std::chrono::milliseconds limit{60'000};  // time limit of the whole exchange; 0: none
   bool may_stall = false;                   // the server may take minutes without sending a byte
   std::function<void()> begin = nullptr;    // called before each exchange

@@ -12,12 +12,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/json_of.h"
 #include "api/refused.h"
 
 namespace meshgauge::check {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using api::Json;
+using api::text_or_null;
 
 constexpr std::size_t kShownRuns = 30;
 constexpr std::array kVerdicts{Verdict::pass, Verdict::fail, Verdict::undecided, Verdict::error};
@@ -50,7 +52,6 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
-  const auto text_or_null = [](const std::string& value) { return value.empty() ? Json(nullptr) : Json(value); };
   return {{"time", time},
           {"commit", text_or_null(run.commit)},
           {"gate", outcome.gate.name},

@@ -24,9 +24,9 @@ struct Named {
   std::string media_type;
 };
 
-class Meshes {
+class NamedMeshes {
  public:
-  Meshes(const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known) : files_(files) {
+  NamedMeshes(const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known) : files_(files) {
     for (const store::MeshRow& row : known) rows_.emplace(row.key.id, &row);
   }
 
@@ -118,7 +118,7 @@ std::optional<api::Problem> find_unknown(const api::BatchRequest& request, const
 
 store::NewBatch compose(const BatchHead& head, const api::BatchRequest& request,
                         const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known) {
-  const Meshes meshes(files, known);
+  const NamedMeshes meshes(files, known);
   store::NewBatch batch;
   batch.key = head.key;
   batch.name = request.name;

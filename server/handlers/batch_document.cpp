@@ -2,16 +2,17 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/json_of.h"
 #include "server/jobs/job_document.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using api::Json;
+using api::text_or_null;
 
 Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 

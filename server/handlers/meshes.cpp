@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/digest.h"
+#include "api/json_of.h"
 #include "api/refused.h"
 #include "api/request.h"
 #include "server/access/entrance.h"
@@ -12,12 +13,14 @@
 namespace meshgauge::server {
 namespace {
 
+using api::Json;
+using api::malformed;
 using api::not_found;
 using api::Problem;
 using api::ProblemKind;
+using api::text_or_null;
 using store::BlobKey;
 using store::MeshRow;
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostNameBytes = 255;
 
@@ -27,13 +30,11 @@ Problem over_quota(std::uint64_t most) {
           {}};
 }
 
-Problem too_many(std::uint64_t most) {
+Problem too_many_meshes(std::uint64_t most) {
   return {ProblemKind::quota_exceeded,
           "the stored meshes would be more than the limit of " + std::to_string(most) + "; delete some",
           {}};
 }
-
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 std::string to_json(const MeshRow& row) {
   const Json json{{"id", row.key.id},
@@ -48,7 +49,7 @@ std::string to_json(const MeshRow& row) {
 
 std::optional<Problem> check_id(const Exchange& exchange) {
   if (api::is_mesh_id(exchange.segment)) return std::nullopt;
-  return Problem{ProblemKind::malformed_request, "the id of a mesh must be its SHA-256, 64 lower-case hex digits", {}};
+  return malformed("the id of a mesh must be its SHA-256, 64 lower-case hex digits");
 }
 
 std::string file_name(const Head& head) {
@@ -90,7 +91,7 @@ void Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, const std::str
   };
   exchange.body.read(add, [this, &exchange, upload, id, hold = held](auto refusal) mutable {
     if (!refusal && upload->size() == 0) {
-      refusal = Problem{ProblemKind::malformed_request, "the body is empty; send the mesh file as the body", {}};
+      refusal = malformed("the body is empty; send the mesh file as the body");
     }
     if (!refusal) refusal = upload->finish();
     hold.reset();  // the bytes are counted again when they are stored
@@ -133,7 +134,7 @@ void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload)
       {settings_.max_stored_bytes, settings_.max_stored_meshes});
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (row->what == store::MeshPut::over_quota) return answer(exchange, over_quota(settings_.max_stored_bytes));
-  if (row->what == store::MeshPut::too_many) return answer(exchange, too_many(settings_.max_stored_meshes));
+  if (row->what == store::MeshPut::too_many) return answer(exchange, too_many_meshes(settings_.max_stored_meshes));
   exchange.response.status = row->what == store::MeshPut::created ? 201 : 200;
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(row->row);

@@ -97,7 +97,7 @@ void Client::hello() {
   char first = 0;
   if (::recv(fd(), &first, 1, MSG_DONTWAIT | MSG_PEEK) != 1) return close();
   if (first >= 'A' && first <= 'Z') {  // the first letter of an HTTP method
-    return refuse({ProblemKind::malformed_request, "this port speaks TLS: use https", {}});
+    return refuse(malformed("this port speaks TLS: use https"));
   }
   connection_.secure(edge_.tls->accept(fd()));
   begin(Phase::handshake, in(ms(edge_.settings.head_timeout_ms)));

@@ -37,7 +37,7 @@ void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseco
 
 std::optional<api::Problem> refuse_query(const Exchange& exchange) {
   if (exchange.head.query.empty()) return std::nullopt;
-  return api::Problem{api::ProblemKind::malformed_request, "this path takes no query parameters", {}};
+  return malformed("this path takes no query parameters");
 }
 
 void add_vary(Response& response, const std::string& header) {

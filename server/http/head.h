@@ -9,15 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "api/problem.h"
+#include "api/refused.h"
 
 namespace meshgauge::server {
 
 inline constexpr std::size_t kMaxHeadBytes = std::size_t{16} << 10;
 inline constexpr std::size_t kMaxTargetBytes = std::size_t{2} << 10;
 
-// The problem of a request that cannot be parsed.
-inline api::Problem malformed(const std::string& what) { return {api::ProblemKind::malformed_request, what, {}}; }
+using api::malformed;
 
 struct Head {
   std::string method;

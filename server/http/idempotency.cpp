@@ -16,9 +16,7 @@ std::optional<api::Problem> read_idempotency_key(const Head& head, std::string& 
   key = head.header("idempotency-key");
   const bool visible = std::all_of(key.begin(), key.end(), [](char c) { return c > 0x20 && c < 0x7F; });
   if (count == 1 && !key.empty() && key.size() <= kMostKeyBytes && visible) return std::nullopt;
-  return api::Problem{api::ProblemKind::malformed_request,
-                      "Idempotency-Key must be sent once, with 1 to 255 visible ASCII characters",
-                      {}};
+  return malformed("Idempotency-Key must be sent once, with 1 to 255 visible ASCII characters");
 }
 
 }  // namespace meshgauge::server

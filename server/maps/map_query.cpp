@@ -2,22 +2,21 @@
 
 #include <charconv>
 
+#include "api/refused.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {
 namespace {
 
+using api::malformed;
 using api::Problem;
-using api::ProblemKind;
 using Refusal = std::optional<Problem>;
-
-Problem refused(std::string what) { return {ProblemKind::malformed_request, std::move(what), {}}; }
 
 // A client's text, quoted for a message.
 std::string quoted(std::string_view text) { return "'" + std::string(text.substr(0, 40)) + "'"; }
 
 Refusal read_side(std::string_view value, api::Side& side) {
-  if (value != "a" && value != "b") return refused("'of' must be a or b, not " + quoted(value));
+  if (value != "a" && value != "b") return malformed("'of' must be a or b, not " + quoted(value));
   side = value == "a" ? api::Side::a : api::Side::b;
   return std::nullopt;
 }
@@ -27,8 +26,8 @@ Refusal read_count(std::string_view value, std::optional<std::size_t>& count) {
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
   const bool whole = error == std::errc() && end == value.data() + value.size() && is_digit(value.front());
   if (!whole || number < 1 || number > kMostShownTriangles) {
-    return refused("'max_triangles' must be a whole number from 1 to " + std::to_string(kMostShownTriangles) +
-                   ", not " + quoted(value));
+    return malformed("'max_triangles' must be a whole number from 1 to " + std::to_string(kMostShownTriangles) +
+                     ", not " + quoted(value));
   }
   count = number;
   return std::nullopt;
@@ -55,12 +54,12 @@ std::variant<MapQuery, Problem> parse_map_query(std::string_view query, MapKind 
     } else if (name == "max_triangles" && kind == MapKind::glb && !asked.max_triangles) {
       refusal = read_count(value, asked.max_triangles);
     } else if (name == "max_triangles" && kind == MapKind::ply) {
-      refusal = refused("a .ply has all triangles of its mesh: 'max_triangles' is for .glb");
+      refusal = malformed("a .ply has all triangles of its mesh: 'max_triangles' is for .glb");
     } else if (name == "of" || name == "max_triangles") {
-      refusal = refused("'" + std::string(name) + "' stands there twice");
+      refusal = malformed("'" + std::string(name) + "' stands there twice");
     } else {
-      refusal = refused("unknown query parameter " + quoted(name) + "; known: of" +
-                        (kind == MapKind::glb ? ", max_triangles" : ""));
+      refusal = malformed("unknown query parameter " + quoted(name) + "; known: of" +
+                          (kind == MapKind::glb ? ", max_triangles" : ""));
     }
     if (refusal) return *refusal;
   }

@@ -15,7 +15,7 @@
 namespace meshgauge::server {
 namespace {
 
-double seconds(const timeval& time) {
+double seconds_of(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
@@ -53,7 +53,8 @@ ProcessFacts process_facts() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) facts.most_descriptors = limit.rlim_cur;
   rusage usage{};
-  if (::getrusage(RUSAGE_SELF, &usage) == 0) facts.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  if (::getrusage(RUSAGE_SELF, &usage) == 0)
+    facts.cpu_seconds = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
   return facts;
 }
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "api/digest.h"
-#include "server/store/byte_source.h"
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
 
@@ -20,11 +19,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kIncoming = "/incoming";
+constexpr const char* kArriving = "/incoming";
 constexpr std::int64_t kTouchedNs = 60'000'000'000;  // precision of the order of use after a restart
 
 Error not_kept(int error_number) {
   return storage_error(error_number, "the stored mesh cannot be cached on this disk");
+}
+
+// By pread(): the file may be cut off meanwhile. "": it cannot be read.
+std::string digest_of(int file) {
+  api::Sha256 digest;
+  std::vector<std::byte> buffer(std::size_t{1} << 20);
+  for (off_t offset = 0;;) {
+    const ssize_t n = ::pread(file, buffer.data(), buffer.size(), offset);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return "";
+    if (n == 0) return digest.hex();
+    digest.update(std::span(buffer).first(static_cast<std::size_t>(n)));
+    offset += n;
+  }
 }
 
 std::string name_of(const BlobKey& key) { return key.id + "." + api::sha256_hex(std::as_bytes(std::span(key.owner))); }
@@ -59,7 +72,7 @@ int write_at(int file, std::uint64_t offset, std::span<const std::byte>& left) {
 struct BlobCache::Incoming {
   explicit Incoming(BlobCache& of)
       : cache(of),
-        path(of.folder_ + kIncoming + "/" + api::random_id()),
+        path(of.folder_ + kArriving + "/" + api::random_id()),
         file(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {}
   ~Incoming() {
     if (!path.empty() && file) ::unlink(path.c_str());
@@ -87,9 +100,9 @@ std::string BlobCache::path_of(const std::string& name) const { return folder_ +
 
 Result<Done> BlobCache::prepare() {
   std::error_code failed;
-  fs::remove_all(folder_ + kIncoming, failed);
+  fs::remove_all(folder_ + kArriving, failed);
   if (failed) return not_kept(failed.value());
-  for (const std::string& folder : {folder_, folder_ + kIncoming}) {
+  for (const std::string& folder : {folder_, folder_ + kArriving}) {
     Result<bool> made = make_folder(folder);
     if (!made) return made.error();
   }
@@ -196,8 +209,7 @@ Result<std::optional<Blob>> BlobCache::open_kept(const std::string& name, const 
 
 // Reads the whole file; removes it if it is damaged or cannot be read.
 bool BlobCache::prove(const std::string& name, const std::string& id, const Descriptor& file, const Stamp& seen) {
-  const Result<std::string> digest = ByteSource(file.get(), seen.size).sha256_hex();
-  const bool sound = digest && *digest == id;
+  const bool sound = digest_of(file.get()) == id;
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find(name);
   if (!sound) {

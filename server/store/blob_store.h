@@ -114,8 +114,6 @@ class BlobStore {
   // Stores the bytes; durable when it returns. Checks the digest of the bytes that are written. Reads a blob that
   // exists already, and replaces it if it is damaged. Keeps no reference to the bytes.
   virtual Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) = 0;
-  // The same for the first `size` bytes of a file. Reads by offset: the file position is neither used nor moved.
-  virtual Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) = 0;
 
   virtual Result<std::optional<Blob>> open(const BlobKey& key) = 0;  // nullopt: no such blob
   virtual Result<bool> exists(const BlobKey& key) = 0;

@@ -7,11 +7,6 @@ Result<BlobPut> CachedBlobs::put(const BlobKey& key, std::span<const std::byte> 
   return remote_->put(key, bytes);
 }
 
-Result<BlobPut> CachedBlobs::put(const BlobKey& key, int file, std::uint64_t size) {
-  if (!is_blob_id(key.id)) return BlobPut::other_digest;
-  return remote_->put(key, file, size);
-}
-
 Result<std::optional<Blob>> CachedBlobs::open(const BlobKey& key) {
   if (!is_blob_id(key.id)) return std::optional<Blob>();
   return cache_->get(key, [&](const RemoteBlobs::Take& take) { return remote_->fetch(key, take); });

@@ -21,7 +21,6 @@ class CachedBlobs final : public BlobStore {
       : BlobStore(std::move(reservations)), remote_(std::move(remote)), cache_(std::move(cache)) {}
 
   Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
-  Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;
   Result<std::optional<Blob>> open(const BlobKey& key) override;
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;

@@ -21,28 +21,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kPiece = std::size_t{1} << 20;
 constexpr const char* kIncoming = "/incoming";
 
 std::span<const std::byte> as_bytes(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-// Returns the number of bytes read, up to the size of `piece`; -1 and errno on failure.
-ssize_t read_at(int file, std::span<std::byte> piece, std::uint64_t offset) {
-  ssize_t n = 0;
-  do {
-    n = ::pread(file, piece.data(), piece.size(), static_cast<off_t>(offset));
-  } while (n < 0 && errno == EINTR);
-  return n;
-}
-
 // A file that cannot be read counts as missing: a disk may have lost it.
-bool holds(const Descriptor& file, std::span<const std::byte> piece, std::uint64_t offset,
-           std::span<std::byte> buffer) {
-  while (!piece.empty()) {
-    const ssize_t n = read_at(file.get(), buffer.first(std::min(piece.size(), buffer.size())), offset);
-    if (n <= 0 || std::memcmp(piece.data(), buffer.data(), static_cast<std::size_t>(n)) != 0) return false;
-    piece = piece.subspan(static_cast<std::size_t>(n));
-    offset += static_cast<std::uint64_t>(n);
+bool holds(const Descriptor& file, std::span<const std::byte> bytes) {
+  std::vector<std::byte> buffer(std::min(bytes.size(), std::size_t{1} << 20));
+  for (std::size_t done = 0; done < bytes.size();) {
+    const std::size_t wanted = std::min(bytes.size() - done, buffer.size());
+    const ssize_t n = ::pread(file.get(), buffer.data(), wanted, static_cast<off_t>(done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0 || std::memcmp(bytes.data() + done, buffer.data(), static_cast<std::size_t>(n)) != 0) return false;
+    done += static_cast<std::size_t>(n);
   }
   return true;
 }
@@ -110,35 +101,6 @@ bool is_older(const struct stat& status, std::chrono::seconds age) {
 
 }  // namespace
 
-// The bytes to store: a span, or a file that is read piece by piece.
-struct FileBlobs::Source {
-  std::span<const std::byte> bytes;
-  int file = -1;
-  std::uint64_t size = 0;
-
-  // Calls take(piece) -> bool for all bytes, until it returns false.
-  template <class Take>
-  Result<Done> for_each_piece(Take take) const {
-    std::vector<std::byte> buffer(file < 0 ? 0 : std::min<std::uint64_t>(size, kPiece));
-    for (std::uint64_t done = 0; done < size;) {
-      const std::size_t wanted = std::min<std::uint64_t>(size - done, kPiece);
-      std::span<const std::byte> piece;
-      if (file < 0) {
-        piece = bytes.subspan(done, wanted);
-      } else {
-        const ssize_t n = read_at(file, std::span(buffer).first(wanted), done);
-        if (n < 0) return storage_error(errno, "the upload cannot be read");
-        if (n == 0)
-          return Error{ErrorCode::internal, "the upload became shorter while it was stored; send it again", "", ""};
-        piece = std::span(buffer).first(static_cast<std::size_t>(n));
-      }
-      if (!take(piece)) return Done{};
-      done += piece.size();
-    }
-    return Done{};
-  }
-};
-
 struct FileBlobs::Place {
   std::string owner_folder;
   std::string folder;
@@ -203,69 +165,38 @@ std::mutex& FileBlobs::lock_of(const std::string& path) {
 }
 
 Result<BlobPut> FileBlobs::put(const BlobKey& key, std::span<const std::byte> bytes) {
-  return put(key, Source{bytes, -1, bytes.size()});
-}
-
-Result<BlobPut> FileBlobs::put(const BlobKey& key, int file, std::uint64_t size) {
-  return put(key, Source{{}, file, size});
-}
-
-Result<BlobPut> FileBlobs::put(const BlobKey& key, const Source& source) {
-  if (!is_blob_id(key.id)) return BlobPut::other_digest;
+  if (!is_blob_id(key.id) || api::sha256_hex(bytes) != key.id) return BlobPut::other_digest;
   const Place place = place_of(key);
-  Result<std::optional<BlobPut>> again = put_again(place, key.id, source);
+  const Result<bool> again = put_again(place, bytes);
   if (!again) return again.error();
-  if (again->has_value()) return **again;
-  return put_anew(place, key.id, source);
+  if (*again) return BlobPut::existed;
+  if (const Result<Done> put = put_anew(place, bytes); !put) return put.error();
+  return BlobPut::created;
 }
 
-// nullopt: there is no such file, or it holds other bytes and the new file replaces it.
-Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const std::string& id, const Source& source) {
+// false: there is no such file, or it holds other bytes and a new file is to replace it.
+Result<bool> FileBlobs::put_again(const Place& place, std::span<const std::byte> bytes) {
   const Descriptor there(::open(place.path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   struct stat status {};
-  if (!there || ::fstat(there.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != source.size) {
-    return std::optional<BlobPut>();
+  if (!there || ::fstat(there.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != bytes.size()) {
+    return false;
   }
-  api::Sha256 digest;
-  bool sound = true;
-  std::vector<std::byte> buffer(std::min<std::uint64_t>(source.size, kPiece));
-  std::uint64_t offset = 0;
-  Result<Done> read = source.for_each_piece([&](std::span<const std::byte> piece) {
-    digest.update(piece);
-    sound = sound && holds(there, piece, offset, buffer);
-    offset += piece.size();
-    return true;
-  });
-  if (!read) return read.error();
-  if (digest.hex() != id) return std::optional(BlobPut::other_digest);
-  if (!sound) return std::optional<BlobPut>();
+  if (!holds(there, bytes)) return false;
   Result<bool> renewed = renew(place);
-  if (!renewed) return renewed.error();
-  if (!*renewed) return std::optional<BlobPut>();
+  if (!renewed || !*renewed) return renewed;
   // Another call may have moved it here without having synced its name yet.
   Result<Done> synced = sync_folder(place.folder);
   if (!synced) return synced.error();
-  return std::optional(BlobPut::existed);
+  return true;
 }
 
-Result<BlobPut> FileBlobs::put_anew(const Place& place, const std::string& id, const Source& source) {
+Result<Done> FileBlobs::put_anew(const Place& place, std::span<const std::byte> bytes) {
   if (reserve_ && !reserve_->restore()) return not_stored(errno);
   const Incoming incoming(root_);
   if (!incoming.file()) return not_stored(errno);
-  api::Sha256 digest;
-  int failure = 0;
-  Result<Done> read = source.for_each_piece([&](std::span<const std::byte> piece) {
-    digest.update(piece);
-    if (!write_all(incoming.file().get(), piece)) failure = errno;
-    return failure == 0;
-  });
-  if (!read) return read.error();
-  if (failure != 0) return not_stored(failure);
-  if (digest.hex() != id) return BlobPut::other_digest;
+  if (!write_all(incoming.file().get(), bytes)) return not_stored(errno);
   if (!incoming.sync()) return not_stored(errno);
-  Result<Done> moved = move_in(incoming.path(), place);
-  if (!moved) return moved.error();
-  return BlobPut::created;
+  return move_in(incoming.path(), place);
 }
 
 Result<Done> FileBlobs::move_in(const std::string& incoming, const Place& place) {

@@ -28,7 +28,6 @@ class FileBlobs final : public BlobStore {
   static Result<std::unique_ptr<FileBlobs>> open(const std::string& root, Reserve* reserve = nullptr);
 
   Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
-  Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;
   Result<std::optional<Blob>> open(const BlobKey& key) override;
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;
@@ -40,16 +39,14 @@ class FileBlobs final : public BlobStore {
   Result<Done> check() override;
 
  private:
-  struct Source;
   struct Place;
 
   FileBlobs(std::string root, Reserve* reserve) : root_(std::move(root)), reserve_(reserve) {}
 
   Place place_of(const BlobKey& key) const;
   Result<Done> prepare();
-  Result<BlobPut> put(const BlobKey& key, const Source& source);
-  Result<std::optional<BlobPut>> put_again(const Place& place, const std::string& id, const Source& source);
-  Result<BlobPut> put_anew(const Place& place, const std::string& id, const Source& source);
+  Result<bool> put_again(const Place& place, std::span<const std::byte> bytes);
+  Result<Done> put_anew(const Place& place, std::span<const std::byte> bytes);
   Result<Done> move_in(const std::string& incoming, const Place& place);
   Result<Done> make_durable_folder(const std::string& path, const std::string& around);
   Result<bool> renew(const Place& place);

@@ -5,11 +5,6 @@
 namespace meshgauge::server::store {
 namespace {
 
-std::optional<std::string> none_if_empty(const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  return text;
-}
-
 constexpr auto kInsertEnded = "INSERT INTO jobs (" + kJobColumns + R"sql(, rank)
     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23,
       $24, $25, $26, $27, $28, $29, $30, $31)

@@ -12,6 +12,8 @@
 
 namespace meshgauge::server::store {
 
+inline constexpr std::int64_t kPortion = 500;  // rows that one transaction ends or removes: other writes wait for it
+
 // The order of claim_some(), lowest first: earlier by one second is as good as smaller by kBytesOfOneSecond.
 std::int64_t rank_of(const NewJob& job);
 

@@ -36,10 +36,9 @@ class RemoteBlobs {
 
   virtual ~RemoteBlobs() = default;
 
-  // As BlobStore::put(): durable when they return. Check the digest of the bytes that are written. Renew a blob that
-  // exists, and replace it if it is damaged.
+  // As BlobStore::put(): durable when it returns. Checks the digest of the bytes that are written. Renews a blob that
+  // exists, and replaces it if it is damaged.
   virtual Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) = 0;
-  virtual Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) = 0;  // by pread() from offset 0
 
   // false: no such blob, and take() was not called. The caller checks digest and size; an implementation only returns
   // an error when it knows that bytes are missing.

@@ -27,6 +27,11 @@ std::uint64_t only_count(Row&& row) {
   return row.next() ? count_in(row, 0) : 0;
 }
 
+// A text for a column in which "" is NULL.
+inline std::optional<std::string> none_if_empty(const std::string& text) {
+  return text.empty() ? std::nullopt : std::optional(text);
+}
+
 // --- Jobs ---
 
 inline constexpr Sql kJobColumns(R"sql(

@@ -8,8 +8,6 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr std::int64_t kPortion = 500;  // rows that one transaction removes: other writes wait for it
-
 constexpr auto kFindHeld = "SELECT" + kLossColumns + R"sql(
     FROM (SELECT $1 AS owner, $2 AS id, $3 AS worker, $4 AS tries) AS given CROSS JOIN jobs
     WHERE )sql" + kHeld;

@@ -14,7 +14,6 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr int kLonger = 5;                           // times the call_timeout, for ten thousand rows
 constexpr std::int64_t kOwnersBatches = 0x4d474a33;  // a lock; schema.cpp and control.cpp have others
 
 void lock_batches_of(PgConnection& connection, const std::string& owner) {

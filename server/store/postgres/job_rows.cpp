@@ -1,6 +1,7 @@
 #include "server/store/postgres/job_rows.h"
 
 #include "server/store/policy.h"
+#include "server/store/rows.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -10,11 +11,6 @@ std::int64_t ms(TimePoint time) { return time.time_since_epoch().count(); }
 std::optional<std::int64_t> ms(const std::optional<TimePoint>& time) {
   if (!time) return std::nullopt;
   return ms(*time);
-}
-
-std::optional<std::string> none_if_empty(const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  return text;
 }
 
 // One member of all rows, as the array of a column.

@@ -10,7 +10,6 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr int kLonger = 5;                  // times the call_timeout, for calls that read or remove much
 constexpr std::int64_t kChunkPortion = 16;  // chunks that one transaction removes
 constexpr std::int64_t kBlobsAtOnce = 1000;
 constexpr int kSends = 3;  // attempts to send a blob; the database may lose chunks of each
@@ -138,6 +137,14 @@ std::optional<std::string> remove_row(PgConnection& connection, const BlobKey& k
   return upload;
 }
 
+std::vector<std::string> digests_of_chunks(std::span<const std::byte> bytes) {
+  std::vector<std::string> digests;
+  for (std::size_t offset = 0; offset < bytes.size(); offset += PgBlobs::kChunk) {
+    digests.push_back(api::sha256_hex(bytes.subspan(offset, std::min(PgBlobs::kChunk, bytes.size() - offset))));
+  }
+  return digests;
+}
+
 // The error for a missing chunk. A damaged blob stays damaged until it is put again.
 Error not_whole(bool still_there) {
   if (still_there)
@@ -148,38 +155,15 @@ Error not_whole(bool still_there) {
 }  // namespace
 
 Result<BlobPut> PgBlobs::put(const BlobKey& key, std::span<const std::byte> bytes) {
-  return put(key, ByteSource(bytes));
-}
-
-Result<BlobPut> PgBlobs::put(const BlobKey& key, int file, std::uint64_t size) {
-  return put(key, ByteSource(file, size));
-}
-
-// Returns the digest of each chunk. `right`: whether all bytes have the digest `key.id`.
-Result<std::vector<std::string>> PgBlobs::digests(const BlobKey& key, const ByteSource& source, bool& right) {
-  api::Sha256 whole;
-  std::vector<std::string> digests;
-  for (std::uint64_t offset = 0; offset < source.size(); offset += kChunk) {
-    auto digest = source.part(offset, std::min<std::uint64_t>(kChunk, source.size() - offset)).sha256_hex(&whole);
-    if (!digest) return digest.error();
-    digests.push_back(*std::move(digest));
-  }
-  right = whole.hex() == key.id;
-  return digests;
-}
-
-Result<BlobPut> PgBlobs::put(const BlobKey& key, const ByteSource& source) {
-  bool right = false;
-  const Result<std::vector<std::string>> wanted = digests(key, source, right);
-  if (!wanted) return wanted.error();
-  if (!right) return BlobPut::other_digest;
+  if (api::sha256_hex(bytes) != key.id) return BlobPut::other_digest;
+  const std::vector<std::string> wanted = digests_of_chunks(bytes);
   std::string damaged;
   const Result<bool> renewed = pool_.run(
       Promise::durable,
       [&](PgConnection& connection) {
         const std::optional<Row> there = find(connection, key);
         if (!there) return false;
-        if (there->bytes == source.size() && holds(connection, *there, *wanted)) {
+        if (there->bytes == bytes.size() && holds(connection, *there, wanted)) {
           return renew_row(connection, key, there->upload);
         }
         damaged = there->upload;
@@ -188,12 +172,12 @@ Result<BlobPut> PgBlobs::put(const BlobKey& key, const ByteSource& source) {
       kLonger);
   if (!renewed) return renewed.error();
   if (*renewed) return BlobPut::existed;
-  return put_anew(key, source, damaged);
+  return put_anew(key, bytes, damaged);
 }
 
-Result<BlobPut> PgBlobs::put_anew(const BlobKey& key, const ByteSource& source, const std::string& damaged) {
+Result<BlobPut> PgBlobs::put_anew(const BlobKey& key, std::span<const std::byte> bytes, const std::string& damaged) {
   for (int sends = 0; sends < kSends; ++sends) {
-    Result<std::optional<BlobPut>> put = put_once(key, source, damaged);
+    Result<std::optional<BlobPut>> put = put_once(key, bytes, damaged);
     if (!put) return put.error();
     if (*put) return **put;
   }
@@ -201,17 +185,13 @@ Result<BlobPut> PgBlobs::put_anew(const BlobKey& key, const ByteSource& source, 
                "", ""};
 }
 
-Result<std::optional<BlobPut>> PgBlobs::put_once(const BlobKey& key, const ByteSource& source,
+Result<std::optional<BlobPut>> PgBlobs::put_once(const BlobKey& key, std::span<const std::byte> bytes,
                                                  const std::string& damaged) {
   const std::string upload = api::random_id();
-  const Result<std::string> digest = send(source, upload);
-  Result<std::optional<BlobPut>> put = std::optional(BlobPut::other_digest);
-  if (!digest) {
-    put = digest.error();
-  } else if (*digest == key.id) {
-    put = pool_.run(Promise::durable,
-                    [&](PgConnection& connection) { return settle(connection, key, upload, source.size(), damaged); });
-  }
+  if (const Result<Done> sent = send(bytes, upload); !sent) return sent.error();
+  const Result<std::optional<BlobPut>> put = pool_.run(Promise::durable, [&](PgConnection& connection) {
+    return settle(connection, key, upload, bytes.size(), damaged);
+  });
   // Removes what became no blob, or leaves it to remove_garbage(). Not after an error, which may hide a commit.
   const bool created = put && *put == BlobPut::created;
   if (put && !created) static_cast<void>(remove_chunks(upload));
@@ -219,22 +199,15 @@ Result<std::optional<BlobPut>> PgBlobs::put_once(const BlobKey& key, const ByteS
   return put;
 }
 
-// Sends the bytes in chunks; returns their digest.
-Result<std::string> PgBlobs::send(const ByteSource& source, const std::string& upload) {
+Result<Done> PgBlobs::send(std::span<const std::byte> bytes, const std::string& upload) {
   const auto begun = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     connection.query(kBeginUpload, upload);
     return Done{};
   });
   if (!begun) return begun.error();
-  api::Sha256 digest;
-  std::vector<std::byte> buffer(std::min<std::uint64_t>(kChunk, source.size()));
   std::int64_t position = 0;
-  for (std::uint64_t offset = 0; offset < source.size(); offset += kChunk, ++position) {
-    const auto wanted = std::min<std::uint64_t>(kChunk, source.size() - offset);
-    const Result<std::size_t> read = source.read(offset, std::span(buffer).first(wanted));
-    if (!read) return read.error();
-    const std::span<const std::byte> piece = std::span(buffer).first(*read);
-    digest.update(piece);
+  for (std::size_t offset = 0; offset < bytes.size(); offset += kChunk, ++position) {
+    const std::span<const std::byte> piece = bytes.subspan(offset, std::min(kChunk, bytes.size() - offset));
     // None of these commits waits for a disk: the one that makes them a blob waits for all. Chunks need the upload's
     // row, by which remove_garbage() finds them.
     const auto sent = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
@@ -250,7 +223,7 @@ Result<std::string> PgBlobs::send(const ByteSource& source, const std::string& u
     });
     if (!sent) return sent.error();
   }
-  return digest.hex();
+  return Done{};
 }
 
 Result<bool> PgBlobs::fetch(const BlobKey& key, const Take& take) {

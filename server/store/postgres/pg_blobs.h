@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "server/store/byte_source.h"
 #include "server/store/postgres/pool.h"
 #include "server/store/remote_blobs.h"
 
@@ -22,7 +21,6 @@ class PgBlobs final : public RemoteBlobs {
   explicit PgBlobs(PgPool& pool) : pool_(pool) {}  // borrows the pool
 
   Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
-  Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;
   Result<bool> fetch(const BlobKey& key, const Take& take) override;
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;
@@ -42,12 +40,11 @@ class PgBlobs final : public RemoteBlobs {
 
  private:
   Result<std::vector<BlobKey>> unused(std::span<const BlobKey> used, std::chrono::seconds older_than);
-  Result<BlobPut> put(const BlobKey& key, const ByteSource& source);
-  Result<std::vector<std::string>> digests(const BlobKey& key, const ByteSource& source, bool& right);
-  Result<BlobPut> put_anew(const BlobKey& key, const ByteSource& source, const std::string& damaged);
+  Result<BlobPut> put_anew(const BlobKey& key, std::span<const std::byte> bytes, const std::string& damaged);
   // nullopt: the database lost some of what was sent.
-  Result<std::optional<BlobPut>> put_once(const BlobKey& key, const ByteSource& source, const std::string& damaged);
-  Result<std::string> send(const ByteSource& source, const std::string& upload);
+  Result<std::optional<BlobPut>> put_once(const BlobKey& key, std::span<const std::byte> bytes,
+                                          const std::string& damaged);
+  Result<Done> send(std::span<const std::byte> bytes, const std::string& upload);
   Result<bool> remove_if_old(const BlobKey& key, std::optional<std::chrono::seconds> older_than, const Guard& guard);
   Result<Done> remove_chunks(const std::string& upload);
   Result<Done> remove_garbage();

@@ -32,6 +32,8 @@ struct PoolSettings {
   std::chrono::milliseconds fair_time{1000};  // for an answer; a slower server may be away
 };
 
+inline constexpr int kLonger = 5;  // times the call_timeout, for calls that read, write or remove much
+
 // The error for callers: storage_unavailable without details, or internal.
 Error plain_error(const PgFailure& failure);
 

@@ -6,14 +6,11 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr std::int64_t kPortion = 500;  // rows that one transaction ends or removes
-constexpr int kLonger = 5;              // times the call_timeout, for calls that read or remove much
-
-constexpr auto kFindHeld = "SELECT" + kLossColumns + R"sql(
+constexpr auto kLockHeld = "SELECT" + kLossColumns + R"sql(
     FROM (SELECT $1 AS owner, $2 AS id, $3 AS worker, $4 AS tries) AS given CROSS JOIN jobs
     WHERE )sql" + kHeld + " FOR NO KEY UPDATE OF jobs";
 // Skips locked rows: a heartbeat or an end is just being stored.
-constexpr auto kFindLost =
+constexpr auto kLockLost =
     "SELECT" + kLossColumns + " FROM jobs WHERE " + kLost + " ORDER BY owner, id FOR NO KEY UPDATE SKIP LOCKED";
 constexpr auto kHandBackJobs = "UPDATE jobs SET" + kHandBack + R"sql(
     FROM unnest($4::int8[], $5::int8[], $6::int8[]) AS given (number, state, excused)
@@ -30,7 +27,7 @@ void hand_back(PgConnection& connection, const std::vector<LostJob>& lost, const
   connection.query(kHandBackJobs, why, moment.now, moment.keep_until, numbers, states, excused);
 }
 
-constexpr auto kGiveUpJobs = R"sql(
+constexpr auto kGiveUpSome = R"sql(
     WITH locked AS MATERIALIZED (
       SELECT number FROM jobs WHERE )sql" +
                              kNeverRun + R"sql(
@@ -46,7 +43,7 @@ struct GivenUp {
 };
 
 GivenUp give_up_waiting(PgConnection& connection, Moment moment) {
-  PgRows row = connection.query(kGiveUpJobs, moment.now, moment.keep_until, kPortion);
+  PgRows row = connection.query(kGiveUpSome, moment.now, moment.keep_until, kPortion);
   GivenUp given_up;
   while (row.next()) {
     ++given_up.jobs;
@@ -62,7 +59,7 @@ constexpr auto delete_jobs(const Sql<kSize>& condition) {
          " FOR UPDATE SKIP LOCKED))";
 }
 
-constexpr auto kRemoveExpired = delete_jobs(kExpired + " LIMIT $2");
+constexpr auto kRemoveSomeExpired = delete_jobs(kExpired + " LIMIT $2");
 constexpr auto kRemoveRecords =
     delete_jobs(Sql("owner = $1 AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT $2"));
 constexpr auto kRemoveOldest = delete_jobs(Sql("owner = $1 ORDER BY finished, number LIMIT $2"));
@@ -102,7 +99,7 @@ Result<std::optional<JobState>> PostgresStore::hand_back(const Token& token, con
                                                          Moment moment) {
   const auto back = pool_.run(Promise::durable, [&](PgConnection& connection) {
     PgTransaction transaction(connection);
-    auto lost = lost_jobs(connection.query(kFindHeld, token.key.owner, token.key.id, token.worker, token.tries), false,
+    auto lost = lost_jobs(connection.query(kLockHeld, token.key.owner, token.key.id, token.worker, token.tries), false,
                           last_error);
     store::hand_back(connection, lost, last_error, moment);
     transaction.commit();
@@ -121,7 +118,7 @@ Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>
       Promise::durable,
       [&](PgConnection& connection) {
         PgTransaction transaction(connection);
-        auto dead = lost_jobs(connection.query(kFindLost, dead_workers, moment.now), true, why);
+        auto dead = lost_jobs(connection.query(kLockLost, dead_workers, moment.now), true, why);
         store::hand_back(connection, dead, why, moment);
         transaction.commit();
         return dead;
@@ -179,7 +176,7 @@ Result<SweptJobs> PostgresStore::sweep_jobs(Moment moment, std::uint64_t max_kep
   if (!given_up) return given_up.error();
   swept.given_up = *given_up;
   const auto expired = remove_in_portions([&](PgConnection& connection, std::int64_t most) {
-    return connection.query(kRemoveExpired, moment.now, most).changed();
+    return connection.query(kRemoveSomeExpired, moment.now, most).changed();
   });
   if (!expired) return expired.error();
   swept.expired = *expired;

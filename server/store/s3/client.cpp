@@ -90,7 +90,7 @@ struct S3Client::Call {
   std::string key;  // empty: the bucket itself
   NamedTexts query = {};
   NamedTexts headers = {};
-  ByteSource body = {};
+  std::span<const std::byte> body = {};
   std::string payload_sha256 = kNoBodySha256;
   Pace pace = Pace::small;
   Take take = {};
@@ -140,8 +140,7 @@ HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received, const Tak
   // Signs each attempt: a signature is valid for a quarter of an hour.
   request.headers = signed_headers(unsigned_request, settings_.credentials, settings_.region, amz_date_now());
   request.headers.emplace_back("Expect", "");  // do not wait for "100 Continue", which many servers do not send
-  const auto read = [&call](std::uint64_t offset, std::span<std::byte> into) { return call.body.read(offset, into); };
-  request.body = {call.body.size(), read};
+  request.body = call.body;
   request.may_stall = call.pace != Pace::body;
   request.limit = call.pace == Pace::body    ? milliseconds(0)
                   : call.pace == Pace::small ? limits_.small
@@ -214,7 +213,7 @@ Result<std::optional<S3Object>> S3Client::head(const std::string& key) {
   return std::optional(object);
 }
 
-Result<Done> S3Client::put(const std::string& key, const ByteSource& body, const std::string& sha256) {
+Result<Done> S3Client::put(const std::string& key, std::span<const std::byte> body, const std::string& sha256) {
   Call call{"PUT", key, {}, {{"content-type", kBytes}, {"x-amz-checksum-sha256", base64_of_hex(sha256)}}, body, sha256};
   call.pace = Pace::body;
   const Ending ending = perform(call);
@@ -272,7 +271,7 @@ Result<std::string> S3Client::begin_upload(const std::string& key) {
 }
 
 Result<std::string> S3Client::put_part(const std::string& key, const std::string& upload, unsigned number,
-                                       const ByteSource& body, const std::string& sha256) {
+                                       std::span<const std::byte> body, const std::string& sha256) {
   Call call{"PUT", key, {{"partNumber", std::to_string(number)}, {"uploadId", upload}}, {}, body, sha256};
   call.pace = Pace::body;
   const Ending ending = perform(call);
@@ -285,9 +284,8 @@ Result<std::string> S3Client::put_part(const std::string& key, const std::string
 Result<bool> S3Client::complete_upload(const std::string& key, const std::string& upload,
                                        const std::vector<std::string>& etags) {
   const std::string list = list_of_parts(etags);
-  const ByteSource body(std::as_bytes(std::span(list)));
-  const Result<std::string> sha256 = body.sha256_hex();
-  Call call{"POST", key, {{"uploadId", upload}}, {{"content-type", "application/xml"}}, body, *sha256};
+  const auto body = std::as_bytes(std::span(list));
+  Call call{"POST", key, {{"uploadId", upload}}, {{"content-type", "application/xml"}}, body, api::sha256_hex(body)};
   call.pace = Pace::patient;
   const Ending ending = perform(call);
   if (ending.code == "NoSuchUpload") return false;

@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "net/http_client.h"
-#include "server/store/byte_source.h"
 #include "server/store/outage.h"
 #include "server/store/s3/answers.h"
 #include "server/store/s3/settings.h"
@@ -54,7 +53,7 @@ class S3Client {
   // Keys are full names in the bucket, with the prefix. nullopt: no such object.
   Result<std::optional<S3Object>> head(const std::string& key);
   // `sha256`: of the body, in hex; the server refuses other bytes.
-  Result<Done> put(const std::string& key, const ByteSource& body, const std::string& sha256);
+  Result<Done> put(const std::string& key, std::span<const std::byte> body, const std::string& sha256);
   // Passes the bytes to `take`; false: no such object. After a lost connection it requests the rest.
   Result<bool> get(const std::string& key, const Take& take);
   // Sets the time of modification to now; false: no such object. At most 5 GiB.
@@ -64,7 +63,7 @@ class S3Client {
 
   Result<std::string> begin_upload(const std::string& key);
   Result<std::string> put_part(const std::string& key, const std::string& upload, unsigned number,
-                               const ByteSource& body, const std::string& sha256);  // returns its ETag
+                               std::span<const std::byte> body, const std::string& sha256);  // returns its ETag
   // false: no such upload. An attempt whose answer was lost has completed it, or it was aborted.
   Result<bool> complete_upload(const std::string& key, const std::string& upload,
                                const std::vector<std::string>& etags);

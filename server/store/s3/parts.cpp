@@ -4,6 +4,8 @@
 #include <exception>
 #include <thread>
 
+#include "api/digest.h"
+
 namespace meshgauge::server::store {
 
 void at_once(std::size_t threads, const std::function<void()>& work) {
@@ -16,7 +18,7 @@ void at_once(std::size_t threads, const std::function<void()>& work) {
   work();
 }
 
-Parts::Parts(S3Client& client, const std::string& object, const std::string& upload, const ByteSource& bytes,
+Parts::Parts(S3Client& client, const std::string& object, const std::string& upload, std::span<const std::byte> bytes,
              std::uint64_t part_bytes)
     : client_(client),
       object_(object),
@@ -25,34 +27,23 @@ Parts::Parts(S3Client& client, const std::string& object, const std::string& upl
       part_bytes_(part_bytes),
       etags_((bytes.size() + part_bytes - 1) / part_bytes) {}
 
-Result<std::vector<std::string>> Parts::send(std::size_t threads, const std::string& id) {
+Result<std::vector<std::string>> Parts::send(std::size_t threads) {
   at_once(std::min(threads, etags_.size()), [this] { send_some(); });
   if (failed_) return *failed_;
-  if (whole_.hex() != id)
-    return Error{ErrorCode::internal, "the upload changed while it was stored; send it again", "", ""};
   return std::move(etags_);
 }
 
-// One thread at a time computes digests, in order, since the digest of the whole continues from part to part; meanwhile
-// the others send.
 std::optional<Parts::Part> Parts::next() {
   const std::lock_guard lock(mutex_);
   if (failed_ || begun_ == etags_.size()) return std::nullopt;
   const std::uint64_t offset = begun_ * part_bytes_;
-  Part part{begun_++, bytes_.part(offset, std::min(part_bytes_, bytes_.size() - offset)), ""};
-  Result<std::string> digest = part.bytes.sha256_hex(&whole_);
-  if (!digest) {
-    failed_ = digest.error();
-    return std::nullopt;
-  }
-  part.sha256 = std::move(*digest);
-  return part;
+  return Part{begun_++, bytes_.subspan(offset, std::min(part_bytes_, bytes_.size() - offset))};
 }
 
 void Parts::send_all_that_is_left() {
   while (const std::optional<Part> part = next()) {
     const auto number = static_cast<unsigned>(part->index + 1);
-    Result<std::string> etag = client_.put_part(object_, upload_, number, part->bytes, part->sha256);
+    Result<std::string> etag = client_.put_part(object_, upload_, number, part->bytes, api::sha256_hex(part->bytes));
     const std::lock_guard lock(mutex_);
     if (etag) {
       etags_[part->index] = std::move(*etag);

@@ -9,9 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "api/digest.h"
 #include "engine/result.h"
-#include "server/store/byte_source.h"
 #include "server/store/s3/client.h"
 
 namespace meshgauge::server::store {
@@ -24,18 +22,17 @@ void at_once(std::size_t threads, const std::function<void()>& work);
 class Parts {
  public:
   // `upload` was begun for `object`. Borrows its arguments.
-  Parts(S3Client& client, const std::string& object, const std::string& upload, const ByteSource& bytes,
+  Parts(S3Client& client, const std::string& object, const std::string& upload, std::span<const std::byte> bytes,
         std::uint64_t part_bytes);
 
   // Returns the parts' ETags, in order. After an error no part is being sent, so the upload may be aborted. Errors:
-  // those of S3Client::put_part(); internal when the SHA-256 of the bytes is not `id`.
-  Result<std::vector<std::string>> send(std::size_t threads, const std::string& id);
+  // those of S3Client::put_part().
+  Result<std::vector<std::string>> send(std::size_t threads);
 
  private:
   struct Part {
     std::size_t index;
-    ByteSource bytes;
-    std::string sha256;
+    std::span<const std::byte> bytes;
   };
 
   std::optional<Part> next();
@@ -45,10 +42,9 @@ class Parts {
   S3Client& client_;
   const std::string& object_;
   const std::string& upload_;
-  const ByteSource& bytes_;
+  const std::span<const std::byte> bytes_;
   const std::uint64_t part_bytes_;
   std::mutex mutex_;
-  api::Sha256 whole_;
   std::vector<std::string> etags_;
   std::size_t begun_ = 0;
   std::optional<Error> failed_;

@@ -53,19 +53,9 @@ S3Blobs::S3Blobs(S3Settings settings, S3BlobOptions options, S3Limits limits, Re
       sums_([this](const std::string& owner) { return weigh(owner); }, options.sum_age) {}
 
 Result<BlobPut> S3Blobs::put(const BlobKey& key, std::span<const std::byte> bytes) {
-  return put(key, ByteSource(bytes));
-}
-
-Result<BlobPut> S3Blobs::put(const BlobKey& key, int file, std::uint64_t size) {
-  return put(key, ByteSource(file, size));
-}
-
-Result<BlobPut> S3Blobs::put(const BlobKey& key, const ByteSource& bytes) {
   if (bytes.size() > kMaxS3Blob)
     return Error{ErrorCode::internal, "the mesh is too large for S3: at most 5 GiB", "", ""};
-  const Result<std::string> digest = bytes.sha256_hex();
-  if (!digest) return digest.error();
-  if (*digest != key.id) return BlobPut::other_digest;
+  if (api::sha256_hex(bytes) != key.id) return BlobPut::other_digest;
   const std::string object = object_of(blob_name(key));
   const Result<std::optional<S3Object>> there = client_.head(object);
   if (!there) return there.error();
@@ -82,7 +72,7 @@ Result<BlobPut> S3Blobs::put(const BlobKey& key, const ByteSource& bytes) {
   return found && !is_known_damaged(*found, key.id, bytes.size()) ? BlobPut::existed : BlobPut::created;
 }
 
-Result<Done> S3Blobs::send(const BlobKey& key, const ByteSource& bytes, const std::string& etag_before) {
+Result<Done> S3Blobs::send(const BlobKey& key, std::span<const std::byte> bytes, const std::string& etag_before) {
   const std::string object = object_of(blob_name(key));
   if (bytes.size() < options_.in_parts_from) return client_.put(object, bytes, key.id);
   const Result<std::string> upload = client_.begin_upload(object);
@@ -95,9 +85,9 @@ Result<Done> S3Blobs::send(const BlobKey& key, const ByteSource& bytes, const st
 }
 
 // Returns as complete_upload() does.
-Result<bool> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes) {
+Result<bool> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, std::span<const std::byte> bytes) {
   const std::string object = object_of(blob_name(key));
-  const auto etags = Parts(client_, object, upload, bytes, options_.part_bytes).send(options_.parts_at_once, key.id);
+  const auto etags = Parts(client_, object, upload, bytes, options_.part_bytes).send(options_.parts_at_once);
   if (!etags) return etags.error();
   return client_.complete_upload(object, upload, *etags);
 }
@@ -279,7 +269,7 @@ Result<std::uint64_t> S3Blobs::free_bytes() { return std::numeric_limits<std::ui
 Result<Done> S3Blobs::check() {
   static constexpr std::array<std::byte, 4096> kBlock{};
   static const std::string kDigest = api::sha256_hex(kBlock);
-  return client_.put(object_of("check"), ByteSource(kBlock), kDigest);
+  return client_.put(object_of("check"), kBlock, kDigest);
 }
 
 }  // namespace meshgauge::server::store

@@ -40,7 +40,6 @@ class S3Blobs final : public RemoteBlobs {
   explicit S3Blobs(S3Settings settings, S3BlobOptions options = {}, S3Limits limits = {}, Report report = {});
 
   Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
-  Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;
   Result<bool> fetch(const BlobKey& key, const Take& take) override;
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;
@@ -57,10 +56,9 @@ class S3Blobs final : public RemoteBlobs {
 
   template <class Visit>
   Result<Done> for_each_unused(std::span<const BlobKey> used, std::chrono::seconds limit, Visit visit);
-  Result<BlobPut> put(const BlobKey& key, const ByteSource& bytes);
-  Result<Done> send(const BlobKey& key, const ByteSource& bytes, const std::string& etag_before);
+  Result<Done> send(const BlobKey& key, std::span<const std::byte> bytes, const std::string& etag_before);
   Result<Done> check_completed(const std::string& object, std::uint64_t size, const std::string& not_etag);
-  Result<bool> send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes);
+  Result<bool> send_parts(const BlobKey& key, const std::string& upload, std::span<const std::byte> bytes);
   Result<bool> renew(const std::string& object, const S3Object& found);
   Result<bool> remove_found(const std::string& name, const S3Object& found);
   Result<bool> remove_if_old(const std::string& name, std::chrono::seconds older_than, const Guard& guard);

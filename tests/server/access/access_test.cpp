@@ -27,7 +27,7 @@ using server::StorageHold;
 
 namespace {
 
-constexpr std::uint64_t kPlenty = 1'000'000;  // of storage: more than any key's
+constexpr std::uint64_t kRoom = 1'000'000;  // of storage: more than any key's
 
 // A keys file whose tokens are the padded ids, and clocks that the test moves.
 struct House {
@@ -280,7 +280,7 @@ TEST_CASE("access: storage counts what is stored and what is on its way") {
   Access access(house.path, house.clocks());
   REQUIRE(access.reload().ok());
   const auto hold = [&](std::uint64_t bytes, std::uint64_t stored) {
-    return access.hold_storage("ci", bytes, kPlenty, [stored] { return stored; });
+    return access.hold_storage("ci", bytes, kRoom, [stored] { return stored; });
   };
   CHECK(!denied(hold(100, 0)));
   const auto over = hold(101, 0);
@@ -324,7 +324,7 @@ TEST_CASE("access: a reload keeps usage and applies new limits and keys") {
   REQUIRE(access.begin_request("leaves"));
   CHECK(access.begin_request("leaves")->problem.status() == 401);
   CHECK(denied(access.take_job("leaves")));
-  CHECK(denied(access.hold_storage("leaves", 1, kPlenty, [] { return std::uint64_t{0}; })));
+  CHECK(denied(access.hold_storage("leaves", 1, kRoom, [] { return std::uint64_t{0}; })));
 }
 
 TEST_CASE("access: an invalid file leaves the old keys in force") {
@@ -359,7 +359,7 @@ TEST_CASE("access: threads together take no more than the limit") {
       for (int k = 0; k < 100; ++k) {
         requests += !access.begin_request("ci");
         const auto job = access.take_job("ci");
-        auto hold = access.hold_storage("ci", 10, kPlenty, [] { return std::uint64_t{0}; });
+        auto hold = access.hold_storage("ci", 10, kRoom, [] { return std::uint64_t{0}; });
         bytes += denied(hold) ? 0 : 10;
         if (k == 50) CHECK(access.reload().ok());
         const std::lock_guard lock(mutex);
@@ -371,5 +371,5 @@ TEST_CASE("access: threads together take no more than the limit") {
   CHECK(requests == 100);
   CHECK(bytes == 1000);
   holds.clear();
-  CHECK(!denied(access.hold_storage("ci", 1000, kPlenty, [] { return std::uint64_t{0}; })));
+  CHECK(!denied(access.hold_storage("ci", 1000, kRoom, [] { return std::uint64_t{0}; })));
 }

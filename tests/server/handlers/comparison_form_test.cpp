@@ -29,7 +29,7 @@ Settings small() {
   return settings;
 }
 
-std::string text_of(const Upload& upload) {
+std::string uploaded(const Upload& upload) {
   return {reinterpret_cast<const char*>(upload.bytes().data()), upload.bytes().size()};
 }
 
@@ -71,9 +71,9 @@ TEST_CASE("form: a mesh and its files become one archive, in any order") {
   for (const auto& parts : {std::vector{a, x, y, b}, std::vector{y, x, b, a}}) {
     Form form;
     REQUIRE(receive(parts, form, settings, budget) == "");
-    CHECK(text_of(*form.b.upload) == kScene);
+    CHECK(uploaded(*form.b.upload) == kScene);
     CHECK(form.a.head.filename == "any name");
-    archives.push_back(text_of(*form.a.upload));
+    archives.push_back(uploaded(*form.a.upload));
     CHECK(budget.used() == archives.back().size() + kScene.size());
   }
   CHECK(budget.used() == 0);

@@ -34,9 +34,6 @@ class PausingBlobs : public store::BlobStore {
   Result<store::BlobPut> put(const store::BlobKey& key, std::span<const std::byte> bytes) override {
     return real_.put(key, bytes);
   }
-  Result<store::BlobPut> put(const store::BlobKey& key, int file, std::uint64_t size) override {
-    return real_.put(key, file, size);
-  }
   Result<bool> exists(const store::BlobKey& key) override { return real_.exists(key); }
   Result<bool> renew(const store::BlobKey& key) override { return real_.renew(key); }
   Result<bool> remove(const store::BlobKey& key) override { return real_.remove(key); }

@@ -19,7 +19,7 @@ Head accepted(const std::string& text) {
   return head;
 }
 
-ProblemKind refused(const std::string& text) {
+ProblemKind refusal_of(const std::string& text) {
   Head head;
   const auto refusal = server::parse_head(text, kLimit, head);
   REQUIRE_MESSAGE(refusal.has_value(), text);
@@ -55,8 +55,8 @@ TEST_CASE("head: which requests keep the connection open") {
 TEST_CASE("head: the absolute form of a target is accepted") {
   CHECK(accepted("GET http://host:80/healthz HTTP/1.1\r\nHost: x\r\n\r\n").path == "/healthz");
   CHECK(accepted("GET http://host HTTP/1.1\r\nHost: x\r\n\r\n").path == "/");
-  CHECK(refused("GET http://ho\nst/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
-  CHECK(refused("GET http://ho\x01st/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
+  CHECK(refusal_of("GET http://ho\nst/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
+  CHECK(refusal_of("GET http://ho\x01st/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
 }
 
 TEST_CASE("head: a malformed request line is refused") {
@@ -66,9 +66,9 @@ TEST_CASE("head: a malformed request line is refused") {
     Head head;
     CHECK_MESSAGE(server::parse_head(std::string(line) + "\r\nHost: x\r\n\r\n", kLimit, head).has_value(), line);
   }
-  CHECK(refused("GET / HTTP/2.0\r\nHost: x\r\n\r\n") == ProblemKind::http_version);
-  CHECK(refused("BREW / HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::not_implemented);
-  CHECK(refused("GET /" + std::string(3000, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::uri_too_long);
+  CHECK(refusal_of("GET / HTTP/2.0\r\nHost: x\r\n\r\n") == ProblemKind::http_version);
+  CHECK(refusal_of("BREW / HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::not_implemented);
+  CHECK(refusal_of("GET /" + std::string(3000, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::uri_too_long);
 }
 
 TEST_CASE("head: what two parsers could read differently is refused") {
@@ -89,25 +89,25 @@ TEST_CASE("head: what two parsers could read differently is refused") {
                           ": empty\r\n",
                           "no colon\r\n",
                           "Host: y\r\n"};
-  for (const char* field : fields) CHECK_MESSAGE(refused(post(field)) == ProblemKind::malformed_request, field);
-  CHECK(refused(post(std::string("X: a\0b\r\n", 8))) == ProblemKind::malformed_request);
-  CHECK(refused("GET / HTTP/1.1\r\n\r\n") == ProblemKind::malformed_request);  // no Host
-  CHECK(refused("POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n") == ProblemKind::malformed_request);
+  for (const char* field : fields) CHECK_MESSAGE(refusal_of(post(field)) == ProblemKind::malformed_request, field);
+  CHECK(refusal_of(post(std::string("X: a\0b\r\n", 8))) == ProblemKind::malformed_request);
+  CHECK(refusal_of("GET / HTTP/1.1\r\n\r\n") == ProblemKind::malformed_request);  // no Host
+  CHECK(refusal_of("POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n") == ProblemKind::malformed_request);
 }
 
 TEST_CASE("head: unknown codings are refused") {
-  CHECK(refused(post("Transfer-Encoding: gzip, chunked\r\n")) == ProblemKind::not_implemented);
-  CHECK(refused(post("Transfer-Encoding: chunked, identity\r\n")) == ProblemKind::not_implemented);
-  CHECK(refused(post("Transfer-Encoding: xchunked\r\n")) == ProblemKind::not_implemented);
-  CHECK(refused(post("Content-Length: 5\r\nContent-Encoding: gzip\r\n")) == ProblemKind::unsupported_media_type);
+  CHECK(refusal_of(post("Transfer-Encoding: gzip, chunked\r\n")) == ProblemKind::not_implemented);
+  CHECK(refusal_of(post("Transfer-Encoding: chunked, identity\r\n")) == ProblemKind::not_implemented);
+  CHECK(refusal_of(post("Transfer-Encoding: xchunked\r\n")) == ProblemKind::not_implemented);
+  CHECK(refusal_of(post("Content-Length: 5\r\nContent-Encoding: gzip\r\n")) == ProblemKind::unsupported_media_type);
   CHECK(accepted(post("Transfer-Encoding: Chunked\r\n")).chunked);
 }
 
 TEST_CASE("head: a body needs a length within the limit") {
-  CHECK(refused(post("")) == ProblemKind::length_required);
+  CHECK(refusal_of(post("")) == ProblemKind::length_required);
   CHECK(accepted(post("Content-Length: 1000\r\n")).content_length == kLimit);
-  CHECK(refused(post("Content-Length: 1001\r\n")) == ProblemKind::too_large);
-  CHECK(refused(post("Content-Length: 99999999999999999999999\r\n")) == ProblemKind::too_large);
+  CHECK(refusal_of(post("Content-Length: 1001\r\n")) == ProblemKind::too_large);
+  CHECK(refusal_of(post("Content-Length: 99999999999999999999999\r\n")) == ProblemKind::too_large);
 }
 
 TEST_CASE("head: a head that grows too long is refused while it arrives") {

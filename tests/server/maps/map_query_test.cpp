@@ -17,7 +17,7 @@ std::string name_of(std::string_view query, MapKind kind) {
   return std::get<MapQuery>(asked).name();
 }
 
-std::string refused(std::string_view query, MapKind kind = MapKind::glb) {
+std::string refusal_of(std::string_view query, MapKind kind = MapKind::glb) {
   const auto asked = parse_map_query(query, kind);
   REQUIRE(std::holds_alternative<api::Problem>(asked));
   CHECK(std::get<api::Problem>(asked).status() == 400);
@@ -38,17 +38,17 @@ TEST_CASE("map query: each map has a name") {
 }
 
 TEST_CASE("map query: errors name the parameter") {
-  CHECK(says(refused("of=A"), "'of' must be a or b, not 'A'"));
-  CHECK(says(refused("of"), "'of' must be a or b, not ''"));
-  CHECK(says(refused("of=a&of=a"), "'of' stands there twice"));
-  CHECK(says(refused("max_triangles=1&max_triangles=1"), "twice"));
-  CHECK(says(refused("max_triangles=1", MapKind::ply), "is for .glb"));
-  CHECK(says(refused("x=1"), "unknown query parameter 'x'; known: of, max_triangles"));
-  CHECK(says(refused("x=1", MapKind::ply), "known: of"));
-  CHECK(says(refused("&"), "unknown query parameter ''"));
-  CHECK(refused(std::string(2000, 'x')).size() < 200);
+  CHECK(says(refusal_of("of=A"), "'of' must be a or b, not 'A'"));
+  CHECK(says(refusal_of("of"), "'of' must be a or b, not ''"));
+  CHECK(says(refusal_of("of=a&of=a"), "'of' stands there twice"));
+  CHECK(says(refusal_of("max_triangles=1&max_triangles=1"), "twice"));
+  CHECK(says(refusal_of("max_triangles=1", MapKind::ply), "is for .glb"));
+  CHECK(says(refusal_of("x=1"), "unknown query parameter 'x'; known: of, max_triangles"));
+  CHECK(says(refusal_of("x=1", MapKind::ply), "known: of"));
+  CHECK(says(refusal_of("&"), "unknown query parameter ''"));
+  CHECK(refusal_of(std::string(2000, 'x')).size() < 200);
   for (const char* value :
        {"", "0", "-1", "+1", "1.0", "1e3", " 1", "1 ", "0x1", "1073741825", "99999999999999999999"}) {
-    CHECK(says(refused(std::string("max_triangles=") + value), "whole number from 1 to 1073741824"));
+    CHECK(says(refusal_of(std::string("max_triangles=") + value), "whole number from 1 to 1073741824"));
   }
 }

@@ -18,14 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Descriptor file_with(std::string_view content) {
-  std::string path = std::filesystem::temp_directory_path() / "meshgauge-XXXXXX";
-  Descriptor file(::mkostemp(path.data(), O_CLOEXEC));
-  ::unlink(path.c_str());
-  REQUIRE(::write(file.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size()));
-  return file;
-}
-
 // Stores with another clock have an overload of their own.
 template <class Stores>
 void pass_time(Stores& stores, std::chrono::milliseconds time) {
@@ -38,7 +30,7 @@ void pass_time(Stores& stores, std::chrono::milliseconds time) {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("blobs: bytes that were put are read back, from memory and from files", Stores, EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: bytes that were put are read back", Stores, EVERY_BLOB_STORE) {
   Stores stores;
   const std::string texts[] = {
       "", "x", long_text((1 << 20) - 1), long_text(1 << 20), long_text((1 << 20) + 1), long_text(5'000'000)};
@@ -46,13 +38,7 @@ TEST_CASE_TEMPLATE("blobs: bytes that were put are read back, from memory and fr
     for (const std::string owner : {"", "../bob", "ann"}) {
       const BlobKey key = key_of(owner, text);
       CHECK_FALSE(got(stores.blobs().exists(key)));
-      if (owner.empty()) {
-        CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::created);
-      } else {
-        const Descriptor file = file_with(text + "more");
-        CHECK(got(stores.blobs().put(key, file.get(), text.size())) == BlobPut::created);
-        CHECK(got(stores.blobs().put(key, file.get(), text.size())) == BlobPut::existed);
-      }
+      CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::created);
       CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::existed);
     }
   }
@@ -82,9 +68,6 @@ TEST_CASE_TEMPLATE("blobs: bytes with another digest are not stored", Stores, EV
   CHECK(got(stores.blobs().put(key, bytes_of("right"))) == BlobPut::created);
   CHECK(got(stores.blobs().put(key, bytes_of("wrong"))) == BlobPut::other_digest);
   CHECK(text_of(*got(stores.blobs().open(key))) == "right");
-  const Descriptor file = file_with("right");
-  const Result<BlobPut> short_file = stores.blobs().put(key_of("ann", "rightmore"), file.get(), 9);
-  CHECK_FALSE(short_file.ok());
 }
 
 TEST_CASE_TEMPLATE("blobs: a text that is no digest names no blob", Stores, EVERY_BLOB_STORE) {
