@@ -13,9 +13,9 @@ const place = workplace(() => ({
 }));
 
 const looks = {
-  light: {}, dark: { colorScheme: "dark" }, narrow: { viewport: { width: 360, height: 740 } },
-  narrowest: { viewport: { width: 320, height: 640 } }, // 1280 at 400 %
-  contrast: { forcedColors: "active" }, "large type": { viewport: { width: 640, height: 450 } }, // 1280 at 200 %
+  light: {}, dark: { colorScheme: "dark" }, narrow: { size: [360, 740] },
+  narrowest: { size: [320, 640] }, // 1280 at 400 %
+  contrast: { forcedColors: "active" }, "large type": { size: [640, 450] }, // 1280 at 200 %
 };
 
 // Each state of the page; `reached` when it is there.
@@ -45,20 +45,24 @@ const states = {
   },
 };
 
-for (const [look, how] of Object.entries(looks))
-  for (const [state, reach] of Object.entries(states))
-    test(`${state}, ${look}`, async () => {
-      const tab = await Tab.open(place.browser, place.service, { ...how, bypassCSP: true }), walk = await Walk.begin(tab);
-      await reach(walk);
-      await walk.still();
-      await tab.shot(`look_${state}_${look.replace(" ", "_")}`, { whole: true });
-      const { wide, room } = await tab.page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
-      assert.ok(wide <= room, `${wide} pixels wide in a window of ${room}`);
-      assert.deepEqual(await faults(tab), []);
-      assert.deepEqual(tab.foreign, []);
-      if (state === "running") {
-        assert.ok(await tab.page.locator("#run-view").isVisible(), "it still runs");
-        await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });
-      }
-      await tab.close();
-    });
+for (const [state, reach] of Object.entries(states))
+  test(state, async (all) => {
+    const tab = await Tab.open(place.browser, place.service, { bypassCSP: true }), walk = await Walk.begin(tab);
+    await reach(walk);
+    for (const [look, { colorScheme = "light", forcedColors = "none", size: [width, height] = [1280, 900] }] of Object.entries(looks))
+      await all.test(look, async () => {
+        await tab.page.emulateMedia({ colorScheme, forcedColors });
+        await tab.page.setViewportSize({ width, height });
+        await walk.still();
+        await tab.shot(`look_${state}_${look.replace(" ", "_")}`, { whole: true });
+        const { wide, room } = await tab.page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
+        assert.ok(wide <= room, `${wide} pixels wide in a window of ${room}`);
+        assert.deepEqual(await faults(tab), []);
+        assert.deepEqual(tab.foreign, []);
+      });
+    if (state === "running") {
+      assert.ok(await tab.page.locator("#run-view").isVisible(), "it still runs");
+      await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });
+    }
+    await tab.close();
+  });
