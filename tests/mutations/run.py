@@ -190,7 +190,7 @@ def main():
     failures = 0
     with tempfile.TemporaryDirectory() as folder:
         source, build = pathlib.Path(folder) / "source", pathlib.Path(folder) / "build"
-        shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".git", "build*", "node_modules"))
+        shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".git", "build", "build-*", "node_modules"))
         done = build_tree(source, build, True)
         if done.returncode != 0 or caught_by(build):
             sys.exit("the tests fail without any mutation\n" + done.stdout[-3000:])
