@@ -48,6 +48,11 @@ struct Overlay::View {
 
   Vec3 point(const Vec2& x) const { return frame.a + x.x() * frame.e1 + x.y() * frame.e2; }
 
+  Vec2 image_of(const Vec3& p) const {
+    const Vec3 ap = p - frame.a;
+    return {ap.dot(frame.e1), ap.dot(frame.e2)};
+  }
+
   Seen project(const Vec3& p) const {
     const Vec3 ap = p - frame.a;
     const Vec2 at(ap.dot(frame.e1), ap.dot(frame.e2));
@@ -211,13 +216,13 @@ bool Overlay::cross(const View& view, const Image& image, std::uint32_t edge, co
   for (Adjacency::Edge n = adjacency_.next_around(image.triangle, edge);
        (n.triangle != image.triangle || n.edge != edge) && ++tried <= kMaxAround;
        n = adjacency_.next_around(n.triangle, n.edge)) {
-    const Seen apex = view.project(mesh.corner(n.triangle, static_cast<int>((n.edge + 2) % 3)));
-    if (!side.surely_outside(apex.at, kOffset)) continue;
+    const Vec3& apex = mesh.corner(n.triangle, static_cast<int>((n.edge + 2) % 3));
+    if (!side.surely_outside(view.image_of(apex), kOffset)) continue;
     if (seen_.holds(n.triangle)) return true;
     Image next{n.triangle, {}};
     next.corners[n.edge] = image.corners[(edge + 1) % 3];
     next.corners[(n.edge + 1) % 3] = image.corners[edge];
-    next.corners[(n.edge + 2) % 3] = apex;
+    next.corners[(n.edge + 2) % 3] = view.project(apex);
     if (mesh.corner(n.triangle, static_cast<int>(n.edge)) !=
         mesh.corner(image.triangle, static_cast<int>((edge + 1) % 3))) {
       std::swap(next.corners[n.edge], next.corners[(n.edge + 1) % 3]);  // the two are oriented alike
