@@ -23,6 +23,7 @@ constexpr std::size_t kAdjacencyShare = 8;  // triangles of B whose adjacency co
 constexpr std::size_t kBlocksBeforeProbe = 32;  // one of so many is visited before, to raise the lower bound
 constexpr std::size_t kProbes = 32;             // blocks of A that are probed for whether to make the adjacency at once
 constexpr std::size_t kProbeLength = 4;         // triangles of each
+constexpr std::size_t kFewer = 4;  // so many times fewer triangles are worth the patch certificate where most survive
 // What the other bounds of a triangle cost, in point-triangle distances: if that of the centroid mostly succeeds, or
 // mostly fails.
 constexpr std::uint64_t kTestsOfCentroid = 80;
@@ -153,8 +154,10 @@ class Sweep {
     if (tried == 0 || guessed == 0) return false;
     const std::size_t expected =
         std::min(failed * to_come / tried, uncertified * to_come / guessed) * search_.thresholds().block;
+    const bool survive = kFewer * search_.waiting() >= (kFewer - 1) * uncertified;
+    const std::size_t worth = search_.thresholds().patches / (survive ? kFewer : 1);
     return 2 * failed >= tried && 2 * uncertified >= guessed &&
-           expected >= std::max(search_.thresholds().patches, search_.to().mesh().triangles.size() / kAdjacencyShare);
+           expected >= std::max(worth, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   // The triangles of A for which guesses were tried, and of those the ones that no guess culled.
   std::pair<std::size_t, std::size_t> guesses() const {
@@ -266,7 +269,9 @@ class Sweep {
         std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
     if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper);
     if (overlaid(sweeper, piece, owners)) return;
-    if (!centroid_first && !piece.overlay_failed && owned_by_centroid(sweeper, piece, certificate)) return;
+    if (!centroid_first && !piece.overlay_failed && sweeper.centroids.possible() &&
+        owned_by_centroid(sweeper, piece, certificate))
+      return;
     if (overlaid(sweeper, piece, std::array{sweeper.last})) return;
     worker.push(piece);
   }

@@ -48,11 +48,14 @@ class Record {
   // Whether more than half of the recent attempts succeeded. Also true for every 64th call, to notice a change.
   bool promising() { return good() || ++asked_ % 64 == 0; }
   bool good() const { return rate_ > 0.5F; }
+  // Whether one of some thirty recent attempts succeeded. Also true for every 32nd call.
+  bool possible() { return rate_ > 1.0F / 32 || ++skipped_ % 32 == 0; }
 
  private:
   float rate_;
   float memory_;
   unsigned asked_ = 0;
+  unsigned skipped_ = 0;
 };
 
 // Up to four different triangles of B.
@@ -81,7 +84,7 @@ struct Sweeper {
   std::vector<std::uint32_t> left;      // triangles of the block that are not culled yet
   Record guesses;                       // attempts with triangles of B that need no query
   Record patches{1, 4};                 // attempts with the patch certificate, by block
-  Record centroids;                     // attempts with the triangle nearest to the centroid
+  Record centroids{0.25F};              // attempts with the triangle nearest to the centroid
   Record overlays;                      // attempts with the overlay bound
   Record twins;                         // attempts with the triangle of the same number
   Record successors;                    // attempts with the triangle after `last`
