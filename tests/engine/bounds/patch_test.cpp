@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "engine/rounding.h"
+#include "engine/thresholds.h"
 #include "shapes.h"
 #include "tree.h"
 
