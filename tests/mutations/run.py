@@ -127,7 +127,7 @@ MUTATIONS = [
     ("shadows are not bounded", "engine/bounds/overlay.cpp",
      "    if (!view.add(target_.prepared(image.triangle), view.shadow(side, a.at, b.at), work)) return false;\n", ""),
     ("the flood enters neighbours that fold back", "engine/bounds/overlay.cpp",
-     "if (!side.surely_outside(apex.at, kOffset)) continue;", "(void)side;"),
+     "if (!side.surely_outside(view.image_of(apex), kOffset)) continue;", "(void)side;"),
 ]
 
 
