@@ -84,13 +84,14 @@ Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const Compa
 }
 
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
-                           const ReadLimits& limits, Control& control) {
+                           const ReadLimits& limits, Control& control, SharedMeshes* meshes) {
   return guarded([&]() -> Result<Comparison> {
     StageTimes times;
     const auto read_a = read(a, limits, control, times.read_a);
     if (!read_a) return read_a.error();
     const auto read_b = read(b, limits, control, times.read_b);
     if (!read_b) return read_b.error();
+    if (meshes != nullptr) *meshes = {*read_a, *read_b};
     return measured({*read_a, a.part}, {*read_b, b.part}, options, control, times);
   });
 }

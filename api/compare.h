@@ -40,9 +40,14 @@ struct Comparison {
 Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const ComparisonOptions& options, Control& control,
                            const StageTimes& so_far = {});
 
-// Reads and prepares both files in this process, then compares them. Errors also: the input is refused, or out_of_time
-// while reading.
+struct SharedMeshes {
+  SharedMesh a;
+  SharedMesh b;
+};
+
+// Reads and prepares both files in this process, then compares them. `meshes`, unless null, receives what was read; it
+// may borrow the files. Errors also: the input is refused, or out_of_time while reading.
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
-                           const ReadLimits& limits, Control& control);
+                           const ReadLimits& limits, Control& control, SharedMeshes* meshes = nullptr);
 
 }  // namespace meshgauge::api

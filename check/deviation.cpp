@@ -5,6 +5,7 @@
 #include <string>
 #include <system_error>
 
+#include "api/deviation_csv.h"
 #include "api/deviation_glb.h"
 #include "api/deviation_maker.h"
 #include "api/deviation_ply.h"
@@ -26,7 +27,9 @@ Error cannot_write(const fs::path& path, const std::string& why) {
 }
 
 Result<Done> write_map(const DeviationFile& file, const api::DeviationMap& map, std::ostream& out) {
-  if (suffix_of(file.path) == ".glb") return api::write_deviation_glb(map, out);
+  const std::string suffix = suffix_of(file.path);
+  if (suffix == ".glb") return api::write_deviation_glb(map, out);
+  if (suffix == ".csv") return api::write_deviation_csv(map, out), Done{};
   return api::write_deviation_ply(map, out), Done{};
 }
 
@@ -47,15 +50,13 @@ Result<Done> write_whole(const DeviationFile& file, const api::DeviationMap& map
 
 Result<Done> check_deviation_name(const fs::path& path) {
   const std::string suffix = suffix_of(path);
-  if (suffix == ".ply" || suffix == ".glb") return Done{};
-  return bad_flag("--deviation", "the file must end in .ply or .glb, not '" + path.string() + "'");
+  if (suffix == ".ply" || suffix == ".glb" || suffix == ".csv") return Done{};
+  return bad_flag("--deviation", "the file must end in .ply, .glb or .csv, not '" + path.string() + "'");
 }
 
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,
-                             const Measured& measured, Control& control) {
+                             const api::ResultFacts& facts, Control& control) {
   if (auto ok = check_deviation_name(file.path); !ok) return ok;
-  const api::ResultFacts facts{measured.limit,   measured.lower,     measured.upper,
-                               measured.witness, measured.direction, measured.units};
   api::MapOptions options;
   options.refine = is_refined(file);
   options.threads = file.threads;

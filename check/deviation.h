@@ -1,10 +1,9 @@
-// --deviation FILE: the candidate coloured by its distance from the baseline.
+// --deviation FILE of check and compare: the candidate coloured by its distance from the baseline.
 #pragma once
 
 #include <filesystem>
 
-#include "check/gate.h"
-#include "check/outcome.h"
+#include "api/result_document.h"
 #include "engine/control.h"
 #include "engine/prepared.h"
 #include "engine/result.h"
@@ -15,13 +14,13 @@ namespace meshgauge::check {
 // invisible. Refining splits edges longer than a 64th of the candidate's diagonal, up to 250,000 triangles. A larger
 // mesh is written as it is.
 enum class Refine {
-  by_format,  // .glb is refined, since it is for viewing; .ply is not: one scalar for each vertex of the candidate
+  by_format,  // .glb is refined, since it is for viewing; others are not: one scalar for each vertex of the candidate
   never,
   always,
 };
 
 struct DeviationFile {
-  std::filesystem::path path;  // .ply (api/deviation_ply.h) or .glb (api/deviation_glb.h), in any case
+  std::filesystem::path path;  // .ply, .glb or .csv (api/deviation_ply.h and others), in any case
   Refine refine = Refine::by_format;
   unsigned threads = 1;
 };
@@ -34,8 +33,8 @@ Result<Done> check_deviation_name(const std::filesystem::path& path);
 // above it have a colour of their own. No distance exceeds the certified upper bound, so a gate that passes shows
 // none above its limit. What the candidate lacks is shown by the witness. `control` belongs to this work alone, since
 // the measurement's deadline may have passed; out_of_time when it stops the work. Precondition: both meshes are in
-// the unit of `measured` (api::in_unit).
+// the unit of `facts` (api::in_unit).
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,
-                             const Measured& measured, Control& control);
+                             const api::ResultFacts& facts, Control& control);
 
 }  // namespace meshgauge::check

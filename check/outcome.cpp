@@ -54,6 +54,10 @@ std::string_view to_string(Level level) {
   return kNames[static_cast<std::size_t>(level)];
 }
 
+api::ResultFacts facts_of(const Measured& measured) {
+  return {measured.limit, measured.lower, measured.upper, measured.witness, measured.direction, measured.units};
+}
+
 Result<Measured> measured_from(Json document, double limit) {
   const auto facts = api::result_facts(document, api::Side::a);
   if (!facts) return facts.error();

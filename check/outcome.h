@@ -56,6 +56,8 @@ struct Measured {
 // Extracts the fields from a comparison's JSON. Errors: internal if it is not a comparison or has no valid interval.
 Result<Measured> measured_from(nlohmann::ordered_json document, double limit);
 
+api::ResultFacts facts_of(const Measured& measured);
+
 // The result of a gate in one run; lengths in `unit`.
 struct PastRun {
   std::string commit;  // empty: not known

@@ -185,7 +185,7 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
   command.add_option("--code-quality", flags.code_quality, "Write the report as GitLab's Code Quality JSON");
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
   command.add_option("--deviation", flags.deviation,
-                     "Write the candidate coloured by its distance, FILE.ply or FILE.glb; for a manifest a folder");
+                     "Write the candidate coloured by its distance, FILE.ply, .glb or .csv; for a manifest a folder");
   command.add_option(
       "--history", flags.history,
       "Append the result of each gate to this file of JSON lines, and show the last runs in the reports");

@@ -8,17 +8,23 @@
 #include <optional>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
+#include "api/measured_pair.h"
 #include "api/mesh_file.h"
 #include "api/names.h"
 #include "api/processors.h"
 #include "api/refused.h"
 #include "api/request.h"
 #include "api/response.h"
+#include "api/result_document.h"
+#include "check/deviation.h"
 #include "check/manifest/quantities.h"
 #include "check/text.h"
+#include "cli/check_extras.h"
 #include "cli/commands.h"
 #include "cli/interrupts.h"
+#include "cli/places.h"
 #include "cli/report.h"
 #include "cli/unit_flags.h"
 
@@ -39,6 +45,7 @@ struct Flags {
   bool statistics = false;
   bool json = false;
   bool fast = false;
+  std::string deviation;
 };
 
 Error unlisted(const std::string& name, const std::string& value, const std::string& known) {
@@ -144,7 +151,30 @@ void show_progress(Control& control) {
       milliseconds(100));
 }
 
+// Writes A coloured by its distance from B. Has the time of the measurement once more, whose deadline may have passed.
+Result<Done> write_map(const std::string& file, const api::SharedMeshes& meshes, const api::Comparison& comparison,
+                       std::chrono::milliseconds time) {
+  const auto facts = api::result_facts(nlohmann::ordered_json::parse(api::to_json(comparison)), api::Side::a);
+  if (!facts) return facts.error();
+  Control control(Control::Clock::now() + time);
+  const Interrupts interrupts(&control);
+  const auto pair = api::in_unit_of_result(meshes.a, meshes.b, facts->units, control);
+  if (!pair) return pair.error();
+  const check::DeviationFile map{file, check::Refine::by_format, comparison.options.threads};
+  return check::write_deviation(map, *pair->a, *pair->b, *facts, control);
+}
+
+Result<Done> check_deviation(const Flags& flags) {
+  Places places;
+  places.reads(flags.a, "mesh A");
+  places.reads(flags.b, "mesh B");
+  const auto map = DeviationMaps::open(flags.deviation, false, {}, places);
+  if (!map) return map.error();
+  return Done{};
+}
+
 Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request) {
+  if (auto ok = check_deviation(flags); !ok) return ok.error();
   auto a = api::MeshFile::open(flags.a);
   if (!a) return a.error();
   auto b = api::MeshFile::open(flags.b);
@@ -153,9 +183,12 @@ Result<api::Comparison> measure_files(const Flags& flags, const api::Request& re
   const Interrupts interrupts(&control);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) show_progress(control);
+  api::SharedMeshes meshes;
   auto comparison = api::compare({flags.a, a->bytes(), flags.a, ""}, {flags.b, b->bytes(), flags.b, ""},
-                                 request.options, api::ReadLimits{}, control);
+                                 request.options, api::ReadLimits{}, control, &meshes);
   if (terminal) std::fputs("\r\033[K", stderr);
+  if (!comparison || flags.deviation.empty()) return comparison;
+  if (auto ok = write_map(flags.deviation, meshes, *comparison, request.timeout); !ok) return ok.error();
   return comparison;
 }
 
@@ -200,6 +233,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_flag("--statistics", flags->statistics, "Also sample mean, RMS, quantiles and a histogram");
   command.add_option("--samples", flags->samples, "Points sampled in each direction, 1000 to 1000000; else 100000");
   command.add_option("--seed", flags->seed, "Another one samples other points; else 1");
+  command.add_option("--deviation", flags->deviation,
+                     "Write A coloured by its distance from B: FILE.ply, .glb or .csv");
   command.add_flag("--json", flags->json, "Print the result as JSON");
   command.callback([flags, &exit_code] { exit_code = run(*flags); });
 }

@@ -69,12 +69,12 @@ std::vector<double> distances_of(const fs::path& path) {
 Result<Done> write(const check::DeviationFile& file, const Mesh& candidate, Control& control) {
   const Mesh baseline = shapes::cube(1, {0, 0, 0.1});
   const Prepared a(candidate), b(baseline);
-  check::Measured measured;
-  measured.units.result = {api::LengthUnit::centimeter, api::UnitSource::declared};
-  measured.limit = 0.05;
-  measured.lower = 0.1;
-  measured.upper = 0.2;
-  return check::write_deviation(file, a, b, measured, control);
+  api::ResultFacts facts;
+  facts.units.result = {api::LengthUnit::centimeter, api::UnitSource::declared};
+  facts.limit = 0.05;
+  facts.lower = 0.1;
+  facts.upper = 0.2;
+  return check::write_deviation(file, a, b, facts, control);
 }
 
 }  // namespace
@@ -90,6 +90,8 @@ TEST_CASE("deviation: the suffix decides the format, in any case") {
     REQUIRE(write({folder.path() / name}, shapes::cube(), control).ok());
     CHECK(content(folder.path() / name).starts_with("glTF"));
   }
+  REQUIRE(write({folder.path() / "map.csv"}, shapes::cube(), control).ok());
+  CHECK(content(folder.path() / "map.csv").starts_with("x,y,z,distance\n"));
   for (const char* name : {"map.obj", "map", "ply", "map.ply.txt"}) {
     CHECK_FALSE(check::check_deviation_name(name).ok());
     const auto refused = write({folder.path() / name}, shapes::cube(), control);
@@ -126,15 +128,16 @@ TEST_CASE("deviation: a gate that passes at limit 0 shows nothing above it, desp
     const Prepared a(mesh), b(mesh);
     const Outcome outcome = measure(a, b, {}, control);
     REQUIRE(outcome.upper == 0);
-    check::Measured measured;
-    measured.direction = api::ResultDirection{0, outcome.a_to_b->bounds.upper, std::nullopt};
+    api::ResultFacts facts;
+    facts.limit = 0;
+    facts.direction = api::ResultDirection{0, outcome.a_to_b->bounds.upper, std::nullopt};
     const fs::path path = folder.path() / "map.ply";
-    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, measured, control).ok());
+    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, facts, control).ok());
     const auto distances = distances_of(path);
     CHECK(distances.size() > 10'000);
     CHECK(std::all_of(distances.begin(), distances.end(), [](double d) { return d == 0; }));
-    measured.direction.reset();  // nothing is certified of this direction
-    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, measured, control).ok());
+    facts.direction.reset();  // nothing is certified of this direction
+    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, facts, control).ok());
     const auto free = distances_of(path);
     CHECK(std::any_of(free.begin(), free.end(), [](double d) { return d > 0; }));
   }

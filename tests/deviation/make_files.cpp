@@ -38,15 +38,15 @@ json expected(const Case& made) {
 
 bool write(const Case& made, const std::filesystem::path& folder) {
   const Prepared candidate(made.candidate), baseline(made.baseline);
-  check::Measured measured;
-  measured.units.result = {api::LengthUnit::millimeter, api::UnitSource::declared};
-  measured.limit = made.limit;
-  measured.upper = 2 * made.limit;
-  measured.witness = check::Witness{true, made.candidate.positions[0], 0, made.baseline.positions[0], 0};
+  api::ResultFacts facts;
+  facts.units.result = {api::LengthUnit::millimeter, api::UnitSource::declared};
+  facts.limit = made.limit;
+  facts.upper = 2 * made.limit;
+  facts.witness = api::ResultWitness{true, made.candidate.positions[0], 0, made.baseline.positions[0], 0};
   for (const char* suffix : {".ply", ".glb"}) {
     Control control;
     const check::DeviationFile file{folder / (std::string(made.name) + suffix), check::Refine::never, 1};
-    const auto written = check::write_deviation(file, candidate, baseline, measured, control);
+    const auto written = check::write_deviation(file, candidate, baseline, facts, control);
     if (!written) return std::fprintf(stderr, "%s\n", written.error().message.c_str()), false;
   }
   return bool(std::ofstream(folder / (std::string(made.name) + ".json")) << expected(made));

@@ -27,21 +27,30 @@ class Content(ServerCase):
         self.assertEqual(answer.status, 200, answer.body[:500])
         return answer
 
-    def written_by_check(self, suffix):
+    def written_by(self, suffix, command, *flags):
         with tempfile.TemporaryDirectory() as folder:
             files = [Path(folder) / name for name in ("a.obj", "b.obj", "map" + suffix)]
             files[0].write_bytes(WAVY)
             files[1].write_bytes(FLAT)
-            done = subprocess.run([BINARY, "check", *map(str, files[:2]), "--max-distance", "0.05 mm", "--threads", "1", "--fast",
-                                   "--deviation", str(files[2])], env=ENVIRONMENT, capture_output=True, timeout=60)
-            self.assertEqual(done.returncode, 1, done.stderr)  # the gate fails
+            done = subprocess.run([BINARY, command, *map(str, files[:2]), *flags, "--threads", "1", "--deviation", str(files[2])],
+                                  env=ENVIRONMENT, capture_output=True, timeout=60)
+            self.assertEqual(done.returncode, 1 if command == "check" else 0, done.stderr)  # the gate fails
             return files[2].read_bytes()
 
-    def test_the_files_are_those_of_check(self):
+    def test_the_files_are_those_of_the_commands(self):
         for suffix, media_type in ((".ply", "model/ply"), (".glb", "model/gltf-binary")):
             answer = self.map(suffix[1:])
             self.assertEqual(answer.headers["content-type"], media_type)
-            self.assertEqual(answer.body, self.written_by_check(suffix), suffix)
+            for command in ("check", "compare"):
+                self.assertEqual(answer.body, self.written_by(suffix, command, "--max-distance", "0.05 mm", "--fast"), suffix)
+
+    def test_csv(self):
+        lines = self.written_by(".csv", "compare").decode().splitlines()
+        self.assertEqual(lines[0], "x,y,z,distance")
+        rows = [tuple(map(float, line.split(","))) for line in lines[1:]]
+        _, distances, _ = ply_of(self.written_by(".ply", "compare"))
+        self.assertEqual([row[:3] for row in rows], [tuple(p) for p in positions_of(WAVY)])
+        self.assertEqual([row[3] for row in rows], distances)
 
     def test_ply(self):
         comments, distances, faces = ply_of(self.map("ply").body)

@@ -1,0 +1,14 @@
+// Writes a deviation map as CSV (RFC 4180, but lines end in LF): x,y,z,distance; a line for each vertex, in the order
+// of the mesh. Numbers are the shortest texts that read back as the same double.
+#pragma once
+
+#include <ostream>
+
+#include "api/deviation_map.h"
+
+namespace meshgauge::api {
+
+// The caller checks the state of `out`.
+void write_deviation_csv(const DeviationMap& map, std::ostream& out);
+
+}  // namespace meshgauge::api
