@@ -37,18 +37,14 @@ Box joint(Box box, const Box& other) {
 
 class BuildStage {
  public:
-  BuildStage(MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control)
-      : pair_(pair),
-        is_auto_(options.strategy == Strategy::automatic),
-        thresholds_(options.thresholds),
-        pool_(pool),
-        control_(control) {}
+  BuildStage(MeasuredPair& pair, Strategy strategy, ThreadPool& pool, Control& control)
+      : pair_(pair), is_auto_(strategy == Strategy::automatic), pool_(pool), control_(control) {}
 
   std::optional<Stop> run(const Goal& goal, const Slack& slack) {
     if (is_auto_) {
       double known = 0;  // the largest distance found
       for (MeasuredDirection& direction : pair_.directions) {
-        const FrontEnd end = take_front(pair_, direction, goal, slack, thresholds_, known, control_, pool_);
+        const FrontEnd end = take_front(pair_, direction, goal, slack, known, control_, pool_);
         if (end == FrontEnd::declined) leave_out_shared(direction);
         if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
       }
@@ -112,7 +108,6 @@ class BuildStage {
 
   MeasuredPair& pair_;
   const bool is_auto_;
-  const Thresholds& thresholds_;
   ThreadPool& pool_;
   Control& control_;
 };
@@ -125,9 +120,9 @@ void enter_frame(MeasuredPair& pair, const Kernels& kernels, ThreadPool& pool) {
   for (MeasuredMesh* mesh : {&pair.a, &pair.b}) mesh->framed = mesh->prepared.in(pair.frame, kernels);
 }
 
-std::optional<Stop> build(MeasuredPair& pair, const Options& options, const Goal& goal, const Slack& slack,
-                          ThreadPool& pool, Control& control) {
-  return BuildStage(pair, options, pool, control).run(goal, slack);
+std::optional<Stop> build(MeasuredPair& pair, Strategy strategy, const Goal& goal, const Slack& slack, ThreadPool& pool,
+                          Control& control) {
+  return BuildStage(pair, strategy, pool, control).run(goal, slack);
 }
 
 }  // namespace meshgauge

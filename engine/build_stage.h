@@ -20,7 +20,7 @@ void enter_frame(MeasuredPair& pair, const Kernels& kernels, ThreadPool& pool);
 // what needs neither: what front.h bounds by itself, or else the triangles that both meshes have, which are at distance
 // 0. A direction of which nothing is left is settled. `goal` and `slack`: those of the searches to come.
 // Returns nullopt, or the reason to stop: then nothing may be searched.
-std::optional<Stop> build(MeasuredPair& pair, const Options& options, const Goal& goal, const Slack& slack,
-                          ThreadPool& pool, Control& control);
+std::optional<Stop> build(MeasuredPair& pair, Strategy strategy, const Goal& goal, const Slack& slack, ThreadPool& pool,
+                          Control& control);
 
 }  // namespace meshgauge

@@ -7,14 +7,12 @@
 namespace meshgauge {
 
 FrontEnd take_front(const MeasuredPair& pair, MeasuredDirection& direction, const Goal& goal, Slack slack,
-                    const Thresholds& thresholds, double& known, Control& control, ThreadPool& pool) {
+                    double& known, Control& control, ThreadPool& pool) {
   slack.residual = rounding::kUsualResidual;
   MovementFront by_movement(pair, direction, goal, slack, known, control, pool);
   FrontEnd end = by_movement.run();
   if (end == FrontEnd::taken) known = by_movement.lower();
   if (end != FrontEnd::declined) return end;
-  if (direction.from.given().triangles.size() + direction.to.given().triangles.size() < thresholds.point_front)
-    return FrontEnd::declined;
   PointFront by_points(pair, direction, goal, slack, known, control, pool);
   end = by_points.run();
   if (end == FrontEnd::taken) known = by_points.lower();

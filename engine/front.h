@@ -3,7 +3,7 @@
 // Where both meshes have the same triangle indices, bounds/movement.h bounds each triangle of A in one pass over the
 // vertices. A few distances of vertices give a lower bound L (front.cpp). The triangles whose bounds are within the
 // tolerance of L are left out; the rest, usually a few dozen, goes through the search, together with the triangles of B
-// that can be nearest to it (vicinity.h).
+// that can be nearest to it (vicinity.h). Often the rest is the vertex alone that L is the distance of.
 //
 // The lower bound that the front culls against is a guess: the search measures anew what it reports. It follows that
 // the front needs no proof beyond that of
@@ -20,7 +20,6 @@
 #include "engine/measured_pair.h"
 #include "engine/search.h"
 #include "engine/thread_pool.h"
-#include "engine/thresholds.h"
 
 namespace meshgauge {
 
@@ -33,6 +32,6 @@ enum class FrontEnd {
 // Tries to leave out most of `direction.from`. `known`: a computed distance that need not be exceeded, from the other
 // direction; raised to what this direction has found. `slack`: without B's residual.
 FrontEnd take_front(const MeasuredPair& pair, MeasuredDirection& direction, const Goal& goal, Slack slack,
-                    const Thresholds& thresholds, double& known, Control& control, ThreadPool& pool);
+                    double& known, Control& control, ThreadPool& pool);
 
 }  // namespace meshgauge

@@ -27,7 +27,7 @@ FrontEnd MovementFront::run() {
     const FrontEnd end = measure_movers(movement);
     if (end != FrontEnd::taken) return end;
   }
-  return leave_out([&](std::uint32_t t) { return movement.upper_sq(from_.triangles[t]); }, 0, false);
+  return leave_out([&](std::uint32_t t) { return movement.upper_sq(from_.triangles[t]); }, 0);
 }
 
 FrontEnd MovementFront::settle() {
@@ -66,7 +66,7 @@ bool MovementFront::raise_by_plane(const Vec3& movement) {
   if (!(of_b - of_a > lower_)) return true;
   return each_unless(interrupted_, from_.triangles.size(), [&](std::uint32_t t) {
     const auto& [a, b, c] = from_.triangles[t];
-    if (a == rearmost || b == rearmost || c == rearmost) lower_ = of_b - of_a, candidate_ = t;
+    if (a == rearmost || b == rearmost || c == rearmost) lower_ = of_b - of_a, candidate_ = t, vertex_ = rearmost;
   });
 }
 
@@ -78,7 +78,7 @@ FrontEnd MovementFront::measure_movers(const Movement& movement) {
   for (const std::uint32_t t : movers_) {
     const std::uint32_t v = movement.farthest_corner(from_.triangles[t]);
     if (movement.of(v) > kMostMoved * diagonal) return FrontEnd::declined;
-    if (movement.of(v) > limit()) queries.push_back({point(v), movement.of(v), t});
+    if (movement.of(v) > limit()) queries.push_back({point(v), movement.of(v), v, t});
   }
   std::vector<Vec3> nearest_points;
   double off = 0;

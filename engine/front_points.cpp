@@ -12,7 +12,7 @@ constexpr std::size_t kMorePoints = 2048;
 constexpr std::size_t kPoints = 64;  // points of B that decide whether to try
 constexpr std::size_t kQueries = 4;  // vertices measured in one round: the farthest one of each part of A
 constexpr std::size_t kRounds = 3;
-constexpr std::size_t kMostUnmarked = 8;  // more than one vertex of so many without a mark: declined
+constexpr std::size_t kMostUnmarked = 4;  // more than one vertex of so many without a mark: declined
 constexpr double kFarForDetail = 0x1p-4;  // of A's diagonal
 
 double distance_sq(const Box& box, const Vec3& p) {
@@ -32,7 +32,7 @@ FrontEnd PointFront::run() {
     if (!mark(known)) return FrontEnd::interrupted;
     if (kMostUnmarked * unmarked_ > vertices_.size()) return FrontEnd::declined;
   }
-  return leave_out([this](std::uint32_t t) { return upper_sq(from_.triangles[t]); }, off_, true);
+  return leave_out([this](std::uint32_t t) { return upper_sq(from_.triangles[t]); }, off_);
 }
 
 // Whether the meshes seem so far from each other that few points of B bound most of A: A is small against its distance
@@ -103,7 +103,7 @@ std::vector<FrontWork::Query> PointFront::farthest_vertices() const {
     }
     if (farthest == kNone) continue;
     const auto v = static_cast<std::uint32_t>(farthest);
-    queries.push_back({point(v), std::numeric_limits<double>::infinity(), any_[v]});
+    queries.push_back({point(v), std::numeric_limits<double>::infinity(), v, any_[v]});
   }
   return queries;
 }

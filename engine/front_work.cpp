@@ -29,15 +29,22 @@ FrontEnd FrontWork::measure(std::span<const Query> queries, std::vector<Vec3>& n
     const Nearest found = nearest(part->tree, query.point, tests, Nearest::kNone, &interrupted_);
     if (!found.complete) return FrontEnd::interrupted;
     nearest_points.push_back(found.point);
-    if (found.distance > lower_) lower_ = found.distance, candidate_ = query.triangle;
+    if (found.distance > lower_) lower_ = found.distance, candidate_ = query.triangle, vertex_ = query.vertex;
   }
   off = std::max(off, part->tree.residual());
   return FrontEnd::taken;
 }
 
-FrontEnd FrontWork::keep(const std::vector<std::uint32_t>& rest, double left_out, double reach, bool part_only) {
+FrontEnd FrontWork::keep(const std::vector<std::uint32_t>& rest, double left_out, double reach) {
   auto kept = std::make_unique<OrderedMesh>(from_, rest, direction_.from.prepared.box(), pair_.frame, control_, pool_);
   if (!kept->complete()) return FrontEnd::interrupted;
+  const auto first = std::find(kept->original.begin(), kept->original.end(), candidate_) - kept->original.begin();
+  if (vertex_) {  // the point that a degenerate triangle spans
+    const Triangle& given = from_.triangles[candidate_];
+    Triangle& candidate = kept->triangles[static_cast<std::size_t>(first)];
+    candidate.fill(
+        candidate[static_cast<std::size_t>(std::find(given.begin(), given.end(), *vertex_) - given.begin())]);
+  }
   Vicinity vicinity(box_of(direction_.to), to_.triangles.size());
   for (std::size_t t = 0; t < kept->triangles.size(); ++t) {
     Box box;
@@ -50,11 +57,8 @@ FrontEnd FrontWork::keep(const std::vector<std::uint32_t>& rest, double left_out
     direction_.near = std::make_unique<NearPart>(direction_.to, *near, pair_.frame, control_, pool_);
     if (!direction_.near->complete()) return FrontEnd::interrupted;
     direction_.reach = reach;
-  } else if (part_only) {
-    return FrontEnd::declined;
   }
-  const auto first = std::find(kept->original.begin(), kept->original.end(), candidate_);
-  direction_.first = static_cast<std::uint32_t>(first - kept->original.begin());
+  direction_.first = static_cast<std::uint32_t>(first);
   direction_.left_out = left_out;
   direction_.rest = std::move(kept);
   return FrontEnd::taken;

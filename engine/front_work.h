@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,7 +39,8 @@ class FrontWork {
   struct Query {
     Vec3 point;              // in the frame
     double upper;            // of its distance
-    std::uint32_t triangle;  // of A: it holds the point
+    std::uint32_t vertex;    // of A: the point
+    std::uint32_t triangle;  // of A: it has the vertex
   };
 
   // The bound below which triangles are left out, for the lower bound of now.
@@ -48,27 +50,26 @@ class FrontWork {
   // from B to `off`. `declined`: too much of B is near.
   FrontEnd measure(std::span<const Query> queries, std::vector<Vec3>& nearest_points, double& off);
 
-  // Leaves out the triangles t of A with upper_sq(t) within the limit, except the candidate: the search needs it for
-  // the witness. `off`: what a bound may be too small by, beside the slack of a distance. `part_only`: declines where
-  // the rest needs a tree of all of B.
+  // Leaves out the triangles t of A with upper_sq(t) within the limit. The search needs the candidate for the witness:
+  // of a candidate within the limit it gets the measured vertex alone. `off`: what a bound may be too small by, beside
+  // the slack of a distance.
   template <class UpperSq>
-  FrontEnd leave_out(const UpperSq& upper_sq, double off, bool part_only) {
+  FrontEnd leave_out(const UpperSq& upper_sq, double off) {
     const double most_out = limit() - off, most_out_sq = most_out * most_out;
+    if (upper_sq(candidate_) > most_out_sq) vertex_.reset();
     std::vector<std::uint32_t> rest;
     double left_out_sq = 0, most_sq = 0;
     const bool done = each_unless(interrupted_, from_.triangles.size(), [&](std::uint32_t t) {
       const double sq = upper_sq(t);
-      if (sq <= most_out_sq && t != candidate_) {
-        left_out_sq = std::max(left_out_sq, sq);
-      } else {
-        rest.push_back(t);
-        most_sq = std::max(most_sq, sq);
-      }
+      const bool is_left_out = sq <= most_out_sq && (t != candidate_ || vertex_);
+      if (is_left_out) left_out_sq = std::max(left_out_sq, sq);
+      if (is_left_out && t != candidate_) return;
+      rest.push_back(t);
+      most_sq = std::max(most_sq, sq);
     });
     if (!done) return FrontEnd::interrupted;
     if (!(most_out > 0) || kMostLeft * rest.size() > from_.triangles.size()) return FrontEnd::declined;
-    return keep(rest, std::sqrt(left_out_sq) + off, kWider * std::sqrt(most_sq) + off + rounding::kDistanceSlack,
-                part_only);
+    return keep(rest, std::sqrt(left_out_sq) + off, kWider * std::sqrt(most_sq) + off + rounding::kDistanceSlack);
   }
 
   Vec3 point(std::uint32_t vertex) const { return pair_.frame.to_frame(from_.positions[vertex]); }
@@ -84,11 +85,12 @@ class FrontWork {
   const MeshView from_;
   const MeshView to_;
   const Interrupted interrupted_ = [this] { return control_.check() != Interruption::none; };
-  std::uint32_t candidate_ = 0;  // the triangle of A with the vertex that lower_ is the distance of
+  std::uint32_t candidate_ = 0;          // a triangle of A, with the vertex that lower_ is the distance of
+  std::optional<std::uint32_t> vertex_;  // that vertex; nullopt: none has raised lower_
 
  private:
   // Sets what the direction needs to search these triangles of A, whose points have distances of at most `reach`.
-  FrontEnd keep(const std::vector<std::uint32_t>& rest, double left_out, double reach, bool part_only);
+  FrontEnd keep(const std::vector<std::uint32_t>& rest, double left_out, double reach);
 };
 
 }  // namespace meshgauge

@@ -131,7 +131,7 @@ std::optional<Stop> Measurement::staged(const char* name, double& total_ms, Work
 
 std::optional<Stop> Measurement::build_both() {
   return staged("build", outcome_.timings.build,
-                [this] { return build(pair_, options_, goal_, slack(), pool_, control_); });
+                [this] { return build(pair_, options_.strategy, goal_, slack(), pool_, control_); });
 }
 
 std::optional<Stop> Measurement::measure(MeasuredDirection& direction) {

@@ -9,7 +9,6 @@
 namespace meshgauge {
 
 struct Thresholds {
-  std::size_t point_front = 8192;     // triangles of both meshes together; front_points.h
   std::size_t block = 64;             // triangles of A in a block of the sweep: some 0.1 ms at most
   std::size_t adjacency = 64;         // failed certificates in the sweep below which no adjacency is made
   std::size_t patches = 1000;         // triangles expected to fail below which no patch certificate is tried

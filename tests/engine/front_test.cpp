@@ -169,6 +169,17 @@ TEST_CASE("front: meshes that are far from each other need no order and no tree"
   }
 }
 
+TEST_CASE("front: few triangles that are far from each other need no order and no tree either") {
+  const Mesh mesh = shapes::sphere(6), other = shapes::sphere(8, 0.7);
+  for (const Vec3& by : {Vec3(3, 0, 0), Vec3(0, 8, 1), Vec3(0, 0, 1e4)}) {
+    const Kept pair{mesh, shapes::moved(other, by)};
+    const Outcome out = pair.run(precise(Direction::a_to_b));
+    CHECK(out.stop == Stop::converged);
+    CHECK(pair.nothing_built());
+    check_against_four_point(mesh, shapes::moved(other, by), precise(Direction::a_to_b));
+  }
+}
+
 TEST_CASE("front: far pairs have the distance of the paper's strategy") {
   std::mt19937_64 random(63);
   const Mesh sphere = shapes::sphere(50), soup = shapes::soup(6000, random), grid = shapes::grid(60);

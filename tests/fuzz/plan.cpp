@@ -29,7 +29,6 @@ std::uint64_t work_items(Dice& dice, int points) {
 
 Thresholds lowered_thresholds(Dice& dice) {
   Thresholds low;
-  low.point_front = 0;
   low.block = 1 + dice.below(16);
   low.adjacency = 1;
   low.patches = 0;

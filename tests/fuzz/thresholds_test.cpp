@@ -50,12 +50,6 @@ TEST_CASE("small pairs reach the patch certificate, and the intervals hold") {
   CHECK(pairs_changed(300'000, without, with) > 10);
 }
 
-TEST_CASE("small pairs reach the front by points, and the intervals hold") {
-  Thresholds with;
-  with.point_front = 0;
-  CHECK(pairs_changed(400'000, {}, with) > 1);
-}
-
 TEST_CASE("the intervals hold with all thresholds lowered") {
   Dice dice(1);
   CHECK(pairs_changed(500'000, {}, lowered_thresholds(dice)) > 10);
