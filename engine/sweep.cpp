@@ -23,7 +23,9 @@ constexpr std::size_t kAdjacencyShare = 8;  // triangles of B whose adjacency co
 constexpr std::size_t kBlocksBeforeProbe = 32;  // one of so many is visited before, to raise the lower bound
 constexpr std::size_t kProbes = 32;             // blocks of A that are probed for whether to make the adjacency at once
 constexpr std::size_t kProbeLength = 4;         // triangles of each
-constexpr std::size_t kFewer = 4;  // so many times fewer triangles are worth the patch certificate where most survive
+// The patch certificate is tried where one of so many triangles that no guess culls survives; where all but one of so
+// many survive, also for so many times fewer triangles.
+constexpr std::size_t kFewer = 4;
 // What the other bounds of a triangle cost, in point-triangle distances: if that of the centroid mostly succeeds, or
 // mostly fails.
 constexpr std::uint64_t kTestsOfCentroid = 80;
@@ -154,8 +156,11 @@ class Sweep {
     if (tried == 0 || guessed == 0) return false;
     const std::size_t expected =
         std::min(failed * to_come / tried, uncertified * to_come / guessed) * search_.thresholds().block;
-    const bool survive = kFewer * search_.waiting() >= (kFewer - 1) * uncertified;
-    const std::size_t worth = search_.thresholds().patches / (survive ? kFewer : 1);
+    // The other bounds are cheap where they cull what guesses do not, and dear where they cull little of it.
+    const std::size_t survivors = search_.waiting();
+    if (kFewer * survivors < uncertified) return false;
+    const bool most_survive = kFewer * survivors >= (kFewer - 1) * uncertified;
+    const std::size_t worth = search_.thresholds().patches / (most_survive ? kFewer : 1);
     return 2 * failed >= tried && 2 * uncertified >= guessed &&
            expected >= std::max(worth, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
