@@ -63,6 +63,7 @@ store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, cons
   job.cost = a.bytes + b.bytes;
   job.trace = head.trace;
   job.batch = head.key.id;
+  job.client = head.client;
   job.created = head.created;
   job.expires_if_never_run = head.expires_if_never_run;
   item.work = work_of(job);

@@ -24,6 +24,7 @@ std::optional<api::Problem> find_unknown(const api::BatchRequest& request, const
 
 struct BatchHead {
   store::JobKey key;
+  std::string client;  // NewJob::client
   std::string idempotency_key;
   std::string trace;
   store::TimePoint created{};

@@ -109,6 +109,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
     stores_.meshes.touch_mesh(row.key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
   }
   const BatchHead head{{exchange.owner, exchange.id},
+                       client_of(exchange),
                        idempotency_key,
                        traceparent(exchange.trace),
                        now,

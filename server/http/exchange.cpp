@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/access/address_tag.h"
+
 namespace meshgauge::server {
 namespace {
 
@@ -12,6 +14,10 @@ void add_missing(Response& response, const char* name, const char* value) {
 }
 
 }  // namespace
+
+std::string client_of(const Exchange& exchange) {
+  return exchange.owner.empty() ? address_tag(exchange.peer) : exchange.owner;
+}
 
 void answer(Exchange& exchange, const api::Problem& problem) { answer(exchange, problem, std::chrono::seconds(1)); }
 

@@ -78,10 +78,8 @@ struct Exchange {
   std::optional<MeshSizes> triangles;
 };
 
-// The client that shares are counted for: the owner; without keys, the address.
-inline const std::string& client_of(const Exchange& exchange) {
-  return exchange.owner.empty() ? exchange.peer : exchange.owner;
-}
+// The client that shares are counted for: the owner; without keys, the address_tag() of the peer.
+std::string client_of(const Exchange& exchange);
 
 // Sets the response to a problem document, whatever it was before. With status 429 or 503 it gets Retry-After: 1 s, or
 // `retry_after` rounded up to whole seconds, 1 to 60.

@@ -38,6 +38,7 @@ void name_meshes(Submission& submission) {
 store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds ttl) {
   store::NewJob row;
   row.key = submission.key;
+  row.client = submission.client;
   row.mesh_a = submission.a.id;
   row.mesh_b = submission.b.id;
   row.hints = hints_of(submission.a, submission.b);
@@ -68,7 +69,6 @@ std::shared_ptr<LiveJob> Jobs::job_of(Submission submission) const {
   auto row = row_of(submission, stores_.jobs.time(), seconds(settings_.result_ttl_s));
   auto job = std::make_shared<LiveJob>(std::move(row), limited(submission.request, settings_), std::move(submission.a),
                                        std::move(submission.b), submission.durable);
-  if (!submission.client.empty()) job->client = submission.client;
   if (submission.counted) job->counted.emplace(std::move(*submission.counted));
   return job;
 }

@@ -82,7 +82,7 @@ Result<Done> Jobs::recover() {
       stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
   if (!rows) return rows.error();
   for (const store::Job& row : *rows) {
-    watcher_.adopt(row, scheduler_.admit_again(row.key.owner), access_.adopt_job(row.key.owner));
+    watcher_.adopt(row, scheduler_.admit_again(client_of(row)), access_.adopt_job(row.key.owner));
   }
   worker_->start();
   return Done{};

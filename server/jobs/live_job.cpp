@@ -13,7 +13,7 @@ store::Progress certified(double lower, double upper, std::string stage) {
 LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
                  Clock::time_point submission)
     : key(job.key),
-      client(job.key.owner),
+      client(client_of(job)),
       bytes(job.cost),
       durable(is_durable),
       submitted(submission),

@@ -44,7 +44,7 @@ class LiveJob {
           Clock::time_point submission = Clock::now());
 
   const store::JobKey key;
-  std::string client;         // that shares are counted for: the owner, or without keys the address
+  std::string client;         // that shares are counted for: the owner; without keys, a tag of the address
   const std::uint64_t bytes;  // of both files
   const bool durable;         // stored before it was accepted
   const Clock::time_point submitted;

@@ -7,7 +7,7 @@
 // Beside the workers there are kGuests threads for clients that have no job running: the jobs of one client, however
 // many and hard, do not keep another's first one waiting. The processors are then shared by the operating system.
 //
-// A client is the owner of a key; without keys, an address.
+// A client is the owner of a key; without keys, an address (its tag).
 //
 // Order. The client with the fewest running jobs is next; of its jobs the one with the earliest turn. A turn is the
 // time of the submission plus the expected cost of the job's bytes, at most kMostHandicap and a quarter of its timeout.

@@ -7,7 +7,7 @@ namespace {
 
 constexpr auto kInsertEnded = "INSERT INTO jobs (" + kJobColumns + R"sql(, rank)
     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23,
-      $24, $25, $26, $27, $28, $29, $30, $31)
+      $24, $25, $26, $27, $28, $29, $30, $31, $32)
     ON CONFLICT DO NOTHING)sql";
 
 }  // namespace
@@ -16,12 +16,12 @@ bool insert_row(Connection& connection, const NewJob& job, const std::string& wo
   return connection
              .query(R"sql(
     INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
-      created, expires_if_never_run, batch, deadline, work)
-    VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)
+      created, expires_if_never_run, batch, deadline, work, client)
+    VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)
     ON CONFLICT DO NOTHING)sql",
                     job.key.owner, job.key.id, JobState::queued, job.mesh_a, job.mesh_b, job.hints, job.options,
                     job.cost, rank_of(job), none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created,
-                    job.expires_if_never_run, job.batch, job.deadline, work)
+                    job.expires_if_never_run, job.batch, job.deadline, work, client_of(job))
              .run() == 1;
 }
 
@@ -33,7 +33,7 @@ void insert_ended_row(Connection& connection, const Job& job) {
              job.expires_if_never_run, job.tries, std::string(), job.cancel_requested, job.started, job.finished,
              job.expires, at ? std::optional(at->lower) : std::nullopt, at ? std::optional(at->upper) : std::nullopt,
              at ? std::optional(at->stage) : std::nullopt, job.document, job.problem, job.last_error, job.batch,
-             job.deadline, job.verdict, 0, at ? at->by : std::string(), rank_of(job))
+             job.deadline, job.verdict, 0, at ? at->by : std::string(), client_of(job), rank_of(job))
       .run();
 }
 

@@ -62,10 +62,13 @@ struct NewJob {
   std::string fingerprint;      // digest of meshes and options' text; another one with the same key is a conflict
   std::string trace;            // traceparent, or empty
   std::string batch;            // id of the batch of the same owner that created it; empty: none
+  std::string client;           // in whose share it counts (claim_some()); empty: the owner
   TimePoint created{};
   std::optional<TimePoint> deadline;  // of a client that waits; nullopt: the job's time begins with its run
   TimePoint expires_if_never_run{};   // sweep_jobs() fails a job that is still queued then
 };
+
+inline const std::string& client_of(const NewJob& job) { return job.client.empty() ? job.key.owner : job.client; }
 
 struct Progress {
   double lower = 0;
@@ -178,17 +181,17 @@ class JobStore {
   // back what was claimed. Earlier tries' intervals stay. Several jobs of one claim are of one batch and together
   // cost at most kBytesOfOneSecond. A crash may undo a claim: the job is queued then.
   //
-  // Order: the owner with the fewest running jobs; of its batches, and its jobs of no batch as one group, the one with
+  // Order: the client with the fewest running jobs; of its batches, and its jobs of no batch as one group, the one with
   // the fewest running jobs; of that group the smallest job, where a second of waiting outweighs kBytesOfOneSecond, so
   // that no job waits for ever. The cost grows with the number of groups, not of jobs.
   //
-  // A suspected job comes alone, or with `passed_over` not at all. `with_none_running`: owners that have a running job
-  // are passed over.
+  // A suspected job comes alone, or with `passed_over` not at all. `with_none_running`: clients that have a running
+  // job are passed over.
   enum class Suspects { too, passed_over };
-  enum class Owners { all, with_none_running };
+  enum class Clients { all, with_none_running };
   virtual Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
                                                   std::size_t most, Suspects suspects = Suspects::too,
-                                                  Owners owners = Owners::all) = 0;
+                                                  Clients clients = Clients::all) = 0;
   static constexpr std::int64_t kBytesOfOneSecond = 50'000'000;
 
   // Renews the leases of jobs of one worker and stores their progress as narrowed(). Returns an answer for each beat,

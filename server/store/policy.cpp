@@ -12,11 +12,11 @@ std::int64_t rank_of(const NewJob& job) {
          static_cast<std::int64_t>(std::min(job.cost, kMost));
 }
 
-const Group* next_group(std::span<const Group> groups, JobStore::Owners owners) {
+const Group* next_group(std::span<const Group> groups, JobStore::Clients clients) {
   const auto first = std::min_element(groups.begin(), groups.end(), [](const Group& x, const Group& y) {
     return std::tie(x.running, x.rank) < std::tie(y.running, y.rank);
   });
-  const bool wrong = first == groups.end() || (owners == JobStore::Owners::with_none_running && first->running > 0);
+  const bool wrong = first == groups.end() || (clients == JobStore::Clients::with_none_running && first->running > 0);
   return wrong ? nullptr : &*first;
 }
 

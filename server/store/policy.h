@@ -17,15 +17,15 @@ inline constexpr std::int64_t kPortion = 500;  // rows that one transaction ends
 // The order of claim_some(), lowest first: earlier by one second is as good as smaller by kBytesOfOneSecond.
 std::int64_t rank_of(const NewJob& job);
 
-// Jobs of one owner, or of one batch of an owner, of which some are queued.
+// Jobs of one client, or of one batch of a client, of which some are queued.
 struct Group {
   std::string name;
   std::int64_t rank = 0;  // the lowest of those that are queued
   std::int64_t running = 0;
 };
 // The group that claim_some() takes from: of those with the fewest running jobs the one with the lowest rank. nullptr:
-// there is no group, or none of `owners`.
-const Group* next_group(std::span<const Group> groups, JobStore::Owners owners = JobStore::Owners::all);
+// there is no group, or none of `clients`.
+const Group* next_group(std::span<const Group> groups, JobStore::Clients clients = JobStore::Clients::all);
 
 struct Candidate {
   std::uint64_t cost = 0;

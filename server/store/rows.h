@@ -37,8 +37,8 @@ inline std::optional<std::string> none_if_empty(const std::string& text) {
 inline constexpr Sql kJobColumns(R"sql(
   owner, id, state, mesh_a, mesh_b, hints, options, cost, idempotency_key, fingerprint, trace, created,
   expires_if_never_run, tries, worker, cancel_requested, started, finished, expires, lower, upper, stage, document,
-  problem, last_error, batch, deadline, verdict, excused, bounds_by)sql");
-inline constexpr int kJobColumnCount = 30;
+  problem, last_error, batch, deadline, verdict, excused, bounds_by, client)sql");
+inline constexpr int kJobColumnCount = 31;
 
 inline constexpr auto kFindJob = "SELECT" + kJobColumns + " FROM jobs WHERE owner = $1 AND id = $2";
 inline constexpr auto kFindIdempotentJob =
@@ -71,6 +71,7 @@ Job job_of(const Row& row) {
   job.batch = row.text(25);
   job.deadline = row.time_if_any(26);
   job.verdict = row.text(27);
+  job.client = row.text(30);
   const bool trying = job.state == JobState::running;
   job.suspected = job.tries > row.number(28) + (trying ? 1 : 0);
   return job;

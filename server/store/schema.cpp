@@ -150,7 +150,18 @@ CREATE TRIGGER mesh_removed AFTER DELETE ON meshes BEGIN
 END;
 )sql";
 
-constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThird, kSqliteFourth, kSqliteFifth};
+constexpr const char* kSqliteSixth = R"sql(
+ALTER TABLE jobs ADD COLUMN client TEXT NOT NULL DEFAULT '';       -- client_of() a job
+UPDATE jobs SET client = owner WHERE state IN (0, 1) AND owner != '';
+DROP INDEX jobs_turns;
+DROP INDEX jobs_running;
+CREATE INDEX jobs_turns ON jobs (client, rank) WHERE state = 0 AND tries >= 0;
+CREATE INDEX jobs_of_client ON jobs (client, batch, rank) WHERE state = 0;
+CREATE INDEX jobs_running ON jobs (client, batch) WHERE state = 1;
+)sql";
+
+constexpr const char* kSqliteSteps[] = {kSqliteFirst,  kSqliteSecond, kSqliteThird,
+                                        kSqliteFourth, kSqliteFifth,  kSqliteSixth};
 
 Error unusable_file(const Connection& connection, const std::string& why) {
   return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};

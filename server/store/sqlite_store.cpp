@@ -43,18 +43,18 @@ void keep_log_small(Connection& connection) {
   connection.execute(("PRAGMA wal_autocheckpoint = " + std::to_string(std::min(pages, kMostPages))).c_str());
 }
 
-constexpr auto kNextOwner = R"sql(
-    SELECT owner, rank FROM jobs INDEXED BY jobs_turns
+constexpr auto kNextClient = R"sql(
+    SELECT client, rank FROM jobs INDEXED BY jobs_turns
     WHERE tries >= 0 AND )sql" +
-                            kClaimable + R"sql( AND owner >= $2
-    ORDER BY owner, rank LIMIT 1)sql";
+                             kClaimable + R"sql( AND client >= $2
+    ORDER BY client, rank LIMIT 1)sql";
 constexpr auto kNextBatch = R"sql(
-    SELECT batch, rank FROM jobs INDEXED BY jobs_waiting
+    SELECT batch, rank FROM jobs INDEXED BY jobs_of_client
     WHERE )sql" + kClaimable +
-                            R"sql( AND owner = $3 AND batch >= $2
+                            R"sql( AND client = $3 AND batch >= $2
     ORDER BY batch, rank LIMIT 1)sql";
 constexpr auto kFirstJobs = "SELECT number, cost, tries > excused FROM jobs WHERE " + kClaimable + R"sql(
-      AND owner = $2 AND batch = $3
+      AND client = $2 AND batch = $3
     ORDER BY rank, number LIMIT $4)sql";
 
 // The groups that wait: `next` returns name and rank of the first whose name is not less than the one it is given, so
@@ -75,19 +75,19 @@ std::vector<Group> waiting_groups(const std::function<Query(const std::string& f
 }
 
 // The rows that claim_some() takes, in its order.
-std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, bool suspects, JobStore::Owners whose) {
-  const auto owners = waiting_groups(
-      [&](const std::string& from) { return connection.query(kNextOwner, suspects, from); },
-      connection.query("SELECT owner, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner"));
-  const Group* const owner = next_group(owners, whose);
-  if (!owner) return {};
+std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, bool suspects, JobStore::Clients whose) {
+  const auto clients = waiting_groups(
+      [&](const std::string& from) { return connection.query(kNextClient, suspects, from); },
+      connection.query("SELECT client, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY client"));
+  const Group* const client = next_group(clients, whose);
+  if (!client) return {};
   const auto batches = waiting_groups(
-      [&](const std::string& from) { return connection.query(kNextBatch, suspects, from, owner->name); },
-      connection.query("SELECT batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 AND owner = $1 "
+      [&](const std::string& from) { return connection.query(kNextBatch, suspects, from, client->name); },
+      connection.query("SELECT batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 AND client = $1 "
                        "GROUP BY batch",
-                       owner->name));
+                       client->name));
   const std::string& batch = next_group(batches)->name;
-  Query row = connection.query(kFirstJobs, suspects, owner->name, batch, batch.empty() ? 1 : most);
+  Query row = connection.query(kFirstJobs, suspects, client->name, batch, batch.empty() ? 1 : most);
   std::vector<std::int64_t> numbers;
   std::vector<Candidate> candidates;
   while (row.next()) {
@@ -161,11 +161,11 @@ Result<Inserted> SqliteStore::insert(const NewJob& job) {
 }
 
 Result<std::vector<Claimed>> SqliteStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                     std::size_t most, Suspects suspects, Owners owners) {
+                                                     std::size_t most, Suspects suspects, Clients clients) {
   auto all = writer_.write(
       [&](Connection& connection) {
         std::vector<Claimed> claimed;
-        for (const std::int64_t number : next_jobs(connection, most, suspects == Suspects::too, owners)) {
+        for (const std::int64_t number : next_jobs(connection, most, suspects == Suspects::too, clients)) {
           Query row = connection.query(kClaimJob, number, worker, now, lease_until);
           row.next();
           claimed.push_back(claimed_of(row));

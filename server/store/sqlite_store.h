@@ -38,7 +38,7 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
 
   Result<Inserted> insert(const NewJob& job) override;
   Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                          std::size_t most, Suspects suspects, Owners owners) override;
+                                          std::size_t most, Suspects suspects, Clients clients) override;
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override;
   Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;

@@ -43,8 +43,8 @@ void Worker::claim_in_background() {
 // Precondition: mutex_ is held.
 Worker::Claim Worker::next_claim() {
   const std::size_t most = buffer_.wanted();
-  if (most > 0) return {most, suspects_now(), store::JobStore::Owners::all};
-  return {1, store::JobStore::Suspects::passed_over, store::JobStore::Owners::with_none_running};
+  if (most > 0) return {most, suspects_now(), store::JobStore::Clients::all};
+  return {1, store::JobStore::Suspects::passed_over, store::JobStore::Clients::with_none_running};
 }
 
 // A suspected job must wait until all others here have ended, which keeps threads idle. So an idle worker should take
@@ -65,12 +65,12 @@ void Worker::claim(const Claim& what) {
   if (through && what.most > 0) {
     const std::string name = options_.name + "/" + std::to_string(++claims_) + "/";
     const auto now = stores_.jobs.time();
-    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, what.most, what.suspects, what.owners);
+    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, what.most, what.suspects, what.clients);
     through = some.ok();
     if (some) {
       for (const store::Claimed& one : *some) {
         claimed.push_back(held_of(one));
-        claimed.back()->guest = what.owners == store::JobStore::Owners::with_none_running;
+        claimed.back()->guest = what.clients == store::JobStore::Clients::with_none_running;
       }
     } else {
       unsure_.push_back(name);

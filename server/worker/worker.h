@@ -81,7 +81,7 @@ class Worker {
   struct Claim {
     std::size_t most = 0;
     store::JobStore::Suspects suspects = store::JobStore::Suspects::passed_over;
-    store::JobStore::Owners owners = store::JobStore::Owners::all;
+    store::JobStore::Clients clients = store::JobStore::Clients::all;
   };
   Claim next_claim();
   void claim(const Claim& what);

@@ -58,7 +58,7 @@ void print_rate(const Bench& bench, const std::string& what, int threads, const 
 std::vector<Claimed> claim(PostgresStore& store, std::size_t most) {
   const TimePoint time = store.time();
   return got(
-      store.claim_some("bench", time, time + kLease, most, JobStore::Suspects::passed_over, JobStore::Owners::all));
+      store.claim_some("bench", time, time + kLease, most, JobStore::Suspects::passed_over, JobStore::Clients::all));
 }
 
 std::uint64_t finish(PostgresStore& store, const std::vector<Claimed>& claimed) {

@@ -105,6 +105,26 @@ class Keys(unittest.TestCase):
         self.assertEqual(self.server.compare(a=SQUARE + b"#" * 300_000, extra=bearer(self.modest)).status, 200)
 
 
+class Addresses(ServerCase):
+    """Without keys, the same for the comparisons that one address stores."""
+    flags = ("--workers", "2", "--max-queued-jobs", "40")
+
+    def stored(self, source, body, extra):
+        with self.server.connect(100, source) as connection:
+            connection.sendall(post_head(len(body), extra) + body)
+            return read_answer(connection.makefile("rb"))
+
+    def test_hard_comparisons_that_are_stored(self):
+        hard = comparison(**SLOW, options=SLOW_OPTIONS)
+        accepted = [self.stored("127.0.0.2", hard, ASYNC) for _ in range(12)]
+        self.assertEqual({answer.status for answer in accepted}, {202})
+        for _ in range(5):
+            answer = self.stored("127.0.0.1", comparison(), "Prefer: wait=60\r\n")
+            self.assertEqual((answer.status, answer.json()["status"]), (200, "converged"))
+        for answer in accepted:
+            self.server.send("DELETE", answer.headers["location"])
+
+
 class Stalled(ServerCase):
     flags = ("--workers", "1", "--queue", "0", "--body-timeout-ms", "60000")
 

@@ -13,48 +13,49 @@ namespace {
 constexpr Sql kFleeting("set_config('synchronous_commit', 'off', true)");
 
 // Claims the jobs of claim_some(), in its order (job_store.h). $5 most, $6 kBytesOfOneSecond, $7 number of this claim,
-// $8 whether owners with a running job are passed over.
-//   owners, groups  each owner that waits, and of an owner each batch ('' is none), found by one step in an index from
-//                   each to the next: a claim costs as much as there are owners, and groups of the owner it takes from
-//   turns, ordered  next_group()
-//   taken           the first group with a job that no other process is claiming, and its first jobs, locked
-//   members         fit_in_claim()
+// $8 whether clients with a running job are passed over.
+//   clients, groups  each client that waits, and of a client each batch ('' is none), found by one step in an index
+//   from
+//                    each to the next: a claim costs as much as there are clients, and groups of the one it takes from
+//   turns, ordered   next_group()
+//   taken            the first group with a job that no other process is claiming, and its first jobs, locked
+//   members          fit_in_claim()
 // `tries >= 0` selects the index jobs_turns. The last step finds its rows by their numbers alone: they are locked as
 // queued, and a second condition on the state would let PostgreSQL, whose estimates do not know a new batch yet, read
 // all queued jobs instead.
 constexpr auto kClaimSome = R"sql(
     WITH RECURSIVE
-      owners (owner, rank) AS (
-        (SELECT owner, rank FROM jobs WHERE tries >= 0 AND )sql" +
-                            kClaimable + R"sql( ORDER BY owner, rank LIMIT 1)
+      clients (client, rank) AS (
+        (SELECT client, rank FROM jobs WHERE tries >= 0 AND )sql" +
+                            kClaimable + R"sql( ORDER BY client, rank LIMIT 1)
         UNION ALL
-        SELECT next.owner, next.rank FROM owners CROSS JOIN LATERAL (
-          SELECT owner, rank FROM jobs
+        SELECT next.client, next.rank FROM clients CROSS JOIN LATERAL (
+          SELECT client, rank FROM jobs
           WHERE tries >= 0 AND )sql" +
-                            kClaimable + R"sql( AND owner > owners.owner
-          ORDER BY owner, rank LIMIT 1) AS next),
+                            kClaimable + R"sql( AND client > clients.client
+          ORDER BY client, rank LIMIT 1) AS next),
       turns AS (
-        SELECT owner FROM (
-          SELECT owner, sum(running) AS running, min(rank) AS rank FROM (
-            SELECT owner, 0 AS running, rank FROM owners
-            UNION ALL SELECT owner, 1, NULL FROM jobs WHERE state = 1) AS each
-          GROUP BY owner) AS load
+        SELECT client FROM (
+          SELECT client, sum(running) AS running, min(rank) AS rank FROM (
+            SELECT client, 0 AS running, rank FROM clients
+            UNION ALL SELECT client, 1, NULL FROM jobs WHERE state = 1) AS each
+          GROUP BY client) AS load
         WHERE rank IS NOT NULL AND NOT ($8 AND running > 0) ORDER BY running, rank),
       taken AS MATERIALIZED (
         SELECT locked.* FROM turns CROSS JOIN LATERAL (
           WITH RECURSIVE groups (batch, rank) AS (
             (SELECT batch, rank FROM jobs WHERE )sql" +
-                            kClaimable + R"sql( AND owner = turns.owner ORDER BY batch, rank LIMIT 1)
+                            kClaimable + R"sql( AND client = turns.client ORDER BY batch, rank LIMIT 1)
             UNION ALL
             SELECT next.batch, next.rank FROM groups CROSS JOIN LATERAL (
               SELECT batch, rank FROM jobs
               WHERE )sql" + kClaimable +
-                            R"sql( AND owner = turns.owner AND batch > groups.batch
+                            R"sql( AND client = turns.client AND batch > groups.batch
               ORDER BY batch, rank LIMIT 1) AS next)
           SELECT batch FROM (
             SELECT batch, sum(running) AS running, min(rank) AS rank FROM (
               SELECT batch, 0 AS running, rank FROM groups
-              UNION ALL SELECT batch, 1, NULL FROM jobs WHERE state = 1 AND owner = turns.owner) AS each
+              UNION ALL SELECT batch, 1, NULL FROM jobs WHERE state = 1 AND client = turns.client) AS each
             GROUP BY batch) AS load
           WHERE rank IS NOT NULL ORDER BY running, rank) AS ordered
         CROSS JOIN LATERAL (
@@ -63,7 +64,7 @@ constexpr auto kClaimSome = R"sql(
           FROM (
             SELECT number, rank, cost, tries, excused FROM jobs
             WHERE )sql" + kClaimable +
-                            R"sql( AND owner = turns.owner AND batch = ordered.batch
+                            R"sql( AND client = turns.client AND batch = ordered.batch
             ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN 1 ELSE $5 END
             FOR NO KEY UPDATE SKIP LOCKED) AS mine
           HAVING count(*) > 0) AS locked
@@ -193,7 +194,7 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
 }  // namespace
 
 Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                       std::size_t most, Suspects suspects, Owners owners) {
+                                                       std::size_t most, Suspects suspects, Clients clients) {
   const std::int64_t claim = random_number();
   bool repeated = false;
   Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
@@ -201,7 +202,7 @@ Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker
       if (auto before = all_claimed(connection.query(kClaimedBefore, claim)); !before.empty()) return before;
     }
     return all_claimed(connection.query(kClaimSome, suspects == Suspects::too, worker, now, lease_until, most,
-                                        kBytesOfOneSecond, claim, owners == Owners::with_none_running));
+                                        kBytesOfOneSecond, claim, clients == Clients::with_none_running));
   });
   if (!claimed) return claimed;
   for (const Claimed& one : *claimed) {

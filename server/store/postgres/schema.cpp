@@ -209,7 +209,16 @@ BEGIN
 END $$;
 )sql";
 
-constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth, kSixth};
+constexpr const char* kSeventh = R"sql(
+ALTER TABLE jobs ADD COLUMN client bytea NOT NULL DEFAULT '';  -- client_of() a job; '': the version before queued it
+UPDATE jobs SET client = owner WHERE state < 2 AND owner <> '';
+DROP INDEX jobs_turns, jobs_running;
+CREATE INDEX jobs_turns ON jobs (client, rank) WHERE state = 0 AND tries >= 0;
+CREATE INDEX jobs_of_client ON jobs (client, batch, rank, number) WHERE state = 0;
+CREATE INDEX jobs_running ON jobs (client, batch) WHERE state = 1;
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth, kSixth, kSeventh};
 
 Error unusable_database(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
 

@@ -27,8 +27,8 @@ class FlakyStore final : public JobStore {
     return written([&] { return behind_.insert(job); });
   }
   Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                          std::size_t most, Suspects suspects, Owners owners) override {
-    auto claimed = written([&] { return behind_.claim_some(worker, now, lease_until, most, suspects, owners); });
+                                          std::size_t most, Suspects suspects, Clients clients) override {
+    auto claimed = written([&] { return behind_.claim_some(worker, now, lease_until, most, suspects, clients); });
     if (!claimed || !answers_claim || answers_claim(*claimed)) return claimed;
     return Error{ErrorCode::storage_unavailable, "the answer is lost, says the test", "", ""};
   }

@@ -63,7 +63,7 @@ struct Hands {
 
   store::Claimed claim() {
     auto claimed = store::got(jobs.claim_some("hands", jobs.time(), lease(), 1, store::JobStore::Suspects::too,
-                                              store::JobStore::Owners::all));
+                                              store::JobStore::Clients::all));
     REQUIRE(claimed.size() == 1);
     jobs.tell(store::Signal::Kind::changed, claimed.front().token.key);
     return std::move(claimed.front());

@@ -60,8 +60,8 @@ class SharedStore final : public JobStore {
     return there([&] { return behind_.insert(job); });
   }
   Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                          std::size_t most, Suspects suspects, Owners owners) override {
-    return there([&] { return behind_.claim_some(worker, now, lease_until, most, suspects, owners); });
+                                          std::size_t most, Suspects suspects, Clients clients) override {
+    return there([&] { return behind_.claim_some(worker, now, lease_until, most, suspects, clients); });
   }
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override {
     return told(beats.front().token.key, [&] { return behind_.heartbeats(beats, lease_until); });

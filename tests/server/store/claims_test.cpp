@@ -56,6 +56,29 @@ TEST_CASE_TEMPLATE("claims: owners share, then the batches and the single jobs o
   CHECK(claim_ids(stores.jobs(), 1) == Ids{"c/2"});
 }
 
+TEST_CASE_TEMPLATE("claims: clients of one owner share", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const auto queue = [&](const char* client, const char* id, int created) {
+    NewJob job = new_job("", id);
+    job.client = client;
+    job.created = at(created);
+    insert(stores.jobs(), job);
+  };
+  NewBatch batch = new_batch("", "b", 5);
+  for (BatchItem& item : batch.items) item.job.client = "greedy";
+  insert(stores.batches(), batch);
+  for (const char* id : {"1", "2", "3"}) queue("greedy", id, 1);
+  queue("modest", "4", 9);
+  queue("modest", "5", 9);
+  CHECK(claim_ids(stores.jobs(), 1) == Ids{"b/0"});
+  CHECK(got(stores.jobs().claim_some("w", at(50), at(110), 1, JobStore::Suspects::too,
+                                     JobStore::Clients::with_none_running))
+            .at(0)
+            .job.client == "modest");
+  CHECK(claim_ids(stores.jobs(), 1) == Ids{"1"});
+  CHECK(claim_ids(stores.jobs(), 1) == Ids{"5"});  // its client has fewer running
+}
+
 TEST_CASE_TEMPLATE("claims: a job that is suspected comes alone", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
@@ -265,18 +288,18 @@ TEST_CASE_TEMPLATE("claims: random queues are claimed in the order of the policy
 TEST_CASE_TEMPLATE("claims: owners that have a running job are passed over on request", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
-  const auto claim = [&](JobStore::Owners owners) {
-    const auto claimed = got(jobs.claim_some("w", at(50), at(110), 1, JobStore::Suspects::passed_over, owners));
+  const auto claim = [&](JobStore::Clients clients) {
+    const auto claimed = got(jobs.claim_some("w", at(50), at(110), 1, JobStore::Suspects::passed_over, clients));
     return claimed.empty() ? std::string() : claimed.front().job.key.owner;
   };
-  using Owners = JobStore::Owners;
+  using Clients = JobStore::Clients;
   for (const char* id : {"1", "2", "3"}) got(jobs.insert(new_job("ann", id)));
-  CHECK(claim(Owners::with_none_running) == "ann");
-  CHECK(claim(Owners::with_none_running).empty());
+  CHECK(claim(Clients::with_none_running) == "ann");
+  CHECK(claim(Clients::with_none_running).empty());
   got(jobs.insert(new_job("bob", "1")));
-  CHECK(claim(Owners::with_none_running) == "bob");
-  CHECK(claim(Owners::with_none_running).empty());
-  CHECK(claim(Owners::all) == "ann");
+  CHECK(claim(Clients::with_none_running) == "bob");
+  CHECK(claim(Clients::with_none_running).empty());
+  CHECK(claim(Clients::all) == "ann");
 }
 
 TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own token", Stores, EVERY_IMPLEMENTATION) {

@@ -37,10 +37,10 @@ TEST_CASE("policy: the next group has the fewest running jobs, then the lowest r
   CHECK(next_group({}) == nullptr);
   const std::vector<Group> groups{{"a", 5, 1}, {"b", 9, 0}, {"c", 7, 0}, {"d", 1, 2}};
   CHECK(next_group(groups)->name == "c");
-  CHECK(next_group(groups, JobStore::Owners::with_none_running)->name == "c");
+  CHECK(next_group(groups, JobStore::Clients::with_none_running)->name == "c");
   const std::vector<Group> busy{{"a", 5, 1}, {"d", 1, 2}};
   CHECK(next_group(busy)->name == "a");
-  CHECK(next_group(busy, JobStore::Owners::with_none_running) == nullptr);
+  CHECK(next_group(busy, JobStore::Clients::with_none_running) == nullptr);
 }
 
 TEST_CASE("policy: a claim takes what fits into one second, at least one job, and none beside a suspected one") {

@@ -135,10 +135,11 @@ TEST_CASE("PostgreSQL schema: rows of every earlier version are read") {
     CHECK(job_in(*store, {"ann", "1"}).cost == 5);
     CHECK(got(store->stored("ann")).bytes == 77);
     CHECK(got(store->stored("ann")).meshes == 1);
-    CHECK(got(store->origin()).born == TimePoint(std::chrono::milliseconds(1)));
+    if (version < 6) CHECK(got(store->origin()).born == TimePoint(std::chrono::milliseconds(1)));  // 6 has its own
     const auto claimed =
-        got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too, JobStore::Owners::all));
+        got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too, JobStore::Clients::all));
     REQUIRE(claimed.size() == 1);
+    CHECK(claimed[0].job.client == "ann");
     CHECK(got(finish(*store, claimed[0].token, ending())));
   }
 }
@@ -171,7 +172,7 @@ TEST_CASE("PostgreSQL schema: a job in shards is measured in one piece") {
   CHECK(options_of("bob", "2") == R"({  "gate": {"units": "é\"shards\":2\\"}})");
   CHECK(options_of("cat", "3") == "{}");
   CHECK(options_of("dan", "4") == "shards");
-  const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too, JobStore::Owners::all));
+  const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too, JobStore::Clients::all));
   REQUIRE(claimed.size() == 1);
   CHECK(claimed[0].job.key == JobKey{"ann", "1"});
   CHECK(got(finish(*store, claimed[0].token, ending())));
