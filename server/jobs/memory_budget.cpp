@@ -84,7 +84,8 @@ MemoryReservation::~MemoryReservation() { budget_.change(reserved_, 0); }
 
 Result<Done> MemoryReservation::begin(Control& control) {
   budget_.change(reserved_, 0);
-  reserved_ = reader_ = arrays_ = meshes_ = triangles_ = 0;
+  reserved_ = reader_ = 0;
+  meshes_ = read_ = {};
   restart_ = false;
   if (planned_ == 0) return Done{};
   const Interruption why = budget_.wait(planned_, control);
@@ -95,47 +96,53 @@ Result<Done> MemoryReservation::begin(Control& control) {
 
 // A reader that gets all there is leaves room for the copy of its mesh, where that is known.
 Result<std::uint64_t> MemoryReservation::take_reader(std::uint64_t bytes) {
+  meshes_ = read_;
   const std::uint64_t most = budget_.most_of_a_job();
-  const std::uint64_t taken = arrays_ + (meshes_ < copied_.size() ? copied_[meshes_] : 0);
+  const std::uint64_t copied = meshes_.number < copied_.size() ? copied_[meshes_.number] : 0;
+  const std::uint64_t taken = meshes_.arrays + copied;
   const std::uint64_t granted = std::min(bytes, most - std::min(most, taken));
-  if (granted < std::min(bytes, kLeastReader)) return too_large(arrays_ + bytes, triangles_, most);
-  if (auto ok = need(granted, arrays_); !ok) return ok.error();
+  if (granted < std::min(bytes, kLeastReader)) return too_large(meshes_.arrays + bytes, meshes_.triangles, most);
+  if (auto ok = need(granted, meshes_.arrays); !ok) return ok.error();
   return granted;
 }
 
 void MemoryReservation::end_reader() {
-  if (!restart_) static_cast<void>(need(0, arrays_));  // less always fits
+  read_ = meshes_;
+  if (!restart_) static_cast<void>(need(0, meshes_.arrays));  // less always fits
 }
 
 // While the mesh is copied, its reader is there; what measuring makes of the mesh comes when the reader has gone. So
 // the larger of the two counts. A mesh that fits alone, and not beside its reader, is read again by a smaller one.
 Result<Done> MemoryReservation::take_mesh(std::uint64_t vertices, std::uint64_t triangles) {
   const std::uint64_t copied = vertices * sizeof(Vec3) + triangles * sizeof(Triangle);
-  const std::uint64_t arrays = arrays_ + bytes_of_mesh(vertices, triangles);
-  const std::uint64_t both = std::max(arrays, arrays_ + reader_ + copied);
-  const bool first = meshes_ == copied_.size();
+  const std::uint64_t arrays = meshes_.arrays + bytes_of_mesh(vertices, triangles);
+  const std::uint64_t both = std::max(arrays, meshes_.arrays + reader_ + copied);
+  const bool first = meshes_.number == copied_.size();
+  const bool is_read = reader_ == 0;  // already, by an earlier job
   if (first) copied_.push_back(copied);
-  ++meshes_;
-  triangles_ += triangles;
+  ++meshes_.number;
+  meshes_.triangles += triangles;
   const std::uint64_t most = budget_.most_of_a_job();
   if (first && arrays <= most && both > most) return begin_again(most);
-  return need(both - arrays, arrays);
+  Result<Done> taken = need(both - arrays, arrays);
+  if (taken && is_read) read_ = meshes_;
+  return taken;
 }
 
 void MemoryReservation::keep_meshes() {
-  budget_.change(reserved_, arrays_);
-  reserved_ = arrays_;
+  budget_.change(reserved_, meshes_.arrays);
+  reserved_ = meshes_.arrays;
 }
 
 // What was waited for is kept until all is known, so that the next step fits as well.
 Result<Done> MemoryReservation::need(std::uint64_t reader, std::uint64_t arrays) {
   const std::uint64_t all = reader + arrays;
-  if (all > budget_.most_of_a_job()) return too_large(all, triangles_, budget_.most_of_a_job());
+  if (all > budget_.most_of_a_job()) return too_large(all, meshes_.triangles, budget_.most_of_a_job());
   const std::uint64_t wanted = std::max(planned_, all);
   if (!budget_.change(reserved_, wanted)) return begin_again(wanted);
   reserved_ = wanted;
   reader_ = reader;
-  arrays_ = arrays;
+  meshes_.arrays = arrays;
   return Done{};
 }
 

@@ -71,20 +71,25 @@ class MemoryReservation final : public sandbox::Memory {
   void end_reader() override;
   void keep_meshes();  // gives back what was waited for and is not needed for them. Call after the last step.
 
-  bool restart() const { return restart_; }               // a step did not fit: free everything, and begin() again
-  std::uint64_t taken_meshes() const { return meshes_; }  // number of take_mesh() since begin()
+  bool restart() const { return restart_; }  // a step did not fit: free everything, and begin() again
+  std::uint64_t taken_meshes() const { return meshes_.number; }  // since begin()
 
  private:
+  struct Meshes {
+    std::uint64_t number = 0, triangles = 0;
+    std::uint64_t arrays = 0;  // bytes
+  };
+
   Result<Done> need(std::uint64_t reader, std::uint64_t arrays);
   Error begin_again(std::uint64_t planned);
 
   MemoryBudget& budget_;
   std::uint64_t reserved_ = 0;
-  std::uint64_t planned_ = 0;  // what begin() waits for
-  std::uint64_t reader_ = 0;   // beside arrays_
-  std::uint64_t arrays_ = 0;
+  std::uint64_t planned_ = 0;          // what begin() waits for
+  std::uint64_t reader_ = 0;           // beside the arrays
+  Meshes meshes_;                      // that were taken
+  Meshes read_;                        // of these: that have no reader any more
   std::vector<std::uint64_t> copied_;  // of each mesh that was counted in any attempt: bytes that its reader hands over
-  std::uint64_t meshes_ = 0, triangles_ = 0;
   bool restart_ = false;
 };
 

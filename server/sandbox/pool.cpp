@@ -119,15 +119,16 @@ ReadingOutcome Pool::read(const Task& task, Control& control) {
 }
 
 ReadingOutcome Pool::read_within(const Task& task, std::uint64_t memory_bytes, Control& control) {
-  if (task.memory) {
-    const auto granted = task.memory->take_reader(memory_bytes);
-    if (!granted) return no_memory(granted.error());
-    memory_bytes = *granted;
+  for (bool first = true;; first = false) {
+    if (task.memory) {
+      const auto granted = task.memory->take_reader(memory_bytes);
+      if (!granted) return no_memory(granted.error());
+      memory_bytes = *granted;
+    }
+    ReadingOutcome outcome = read_once(task, memory_bytes, control);
+    if (outcome.end != End::lost || !first) return outcome;
+    note(outcome, task.input.part);
   }
-  ReadingOutcome outcome = read_once(task, memory_bytes, control);
-  if (outcome.end != End::lost) return outcome;
-  note(outcome, task.input.part);
-  return read_once(task, memory_bytes, control);
 }
 
 ReadingOutcome Pool::read_once(const Task& task, std::uint64_t memory_bytes, Control& control) {

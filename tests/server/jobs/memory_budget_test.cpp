@@ -82,6 +82,22 @@ TEST_CASE("memory: a job reserves step by step, and all is given back") {
   CHECK(budget.reserved() == 0);
 }
 
+TEST_CASE("memory: a file that is read again is counted once, beside the meshes before it") {
+  MemoryBudget budget(1024 * kMiB);
+  Control control;
+  MemoryReservation memory(budget);
+  REQUIRE(memory.begin(control).ok());
+  REQUIRE(memory.take_mesh(100, 200).ok());  // of an earlier job: without a reader
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    REQUIRE(memory.take_reader(100 * kMiB).ok());
+    CHECK(budget.reserved() == 100 * kMiB + bytes_of_mesh(100, 200));
+    REQUIRE(memory.take_mesh(1000, 2000).ok());
+    CHECK(memory.taken_meshes() == 2);
+  }
+  memory.end_reader();
+  CHECK(budget.reserved() == bytes_of_mesh(1100, 2200));
+}
+
 TEST_CASE("memory: what a job can never have is refused with the numbers, and a reader gets what there can be") {
   MemoryBudget budget(1000 * kMiB);
   Control control;

@@ -123,6 +123,25 @@ TEST_CASE("lost: a file whose worker is killed is read by another") {
   CHECK(sandbox.works());
 }
 
+TEST_CASE("lost: the next worker asks for memory in place of the one before") {
+  struct Counting final : Memory {
+    Result<std::uint64_t> take_reader(std::uint64_t bytes) override { return ++readers, bytes; }
+    void end_reader() override { ++ends; }
+    Result<Done> take_mesh(std::uint64_t, std::uint64_t) override { return Done{}; }
+    int readers = 0, ends = 0;
+  } memory;
+  Sandbox sandbox;
+  sandbox.start();
+  Endless endless(sandbox, &memory);
+  const pid_t first = running_but(0);
+  REQUIRE(::kill(first, SIGKILL) == 0);
+  running_but(first);
+  endless.control().cancel();
+  CHECK(endless.result().error().code == ErrorCode::out_of_time);
+  CHECK(memory.readers == 2);
+  CHECK(memory.ends == 1);
+}
+
 TEST_CASE("lost: a file that loses two workers is an internal Error, not the file's fault") {
   Sandbox sandbox;
   sandbox.start();

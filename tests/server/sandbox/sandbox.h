@@ -42,8 +42,9 @@ struct Sandbox {
 
   void start() { REQUIRE(pool.start().ok()); }
 
-  Result<api::LoadedMesh> read(std::string_view text, Control& control, const api::ReadLimits& limits = {}) {
-    return pool.load({"a", std::as_bytes(std::span(text)), "a.obj", ""}, limits, control);
+  Result<api::LoadedMesh> read(std::string_view text, Control& control, const api::ReadLimits& limits = {},
+                               Memory* memory = nullptr) {
+    return pool.load({"a", std::as_bytes(std::span(text)), "a.obj", ""}, limits, control, memory);
   }
   Result<api::LoadedMesh> read(std::string_view text) {
     Control control;
@@ -66,8 +67,9 @@ struct Sandbox {
 // A reading that goes on until it is cancelled.
 class Endless {
  public:
-  explicit Endless(Sandbox& sandbox)
-      : reading_(std::async(std::launch::async, [this, &sandbox] { return sandbox.read("loop", control_); })) {}
+  explicit Endless(Sandbox& sandbox, Memory* memory = nullptr)
+      : reading_(std::async(std::launch::async,
+                            [this, &sandbox, memory] { return sandbox.read("loop", control_, {}, memory); })) {}
   Endless(const Endless&) = delete;
   Endless& operator=(const Endless&) = delete;
   ~Endless() { control_.cancel(); }  // a test that fails half-way must not wait for it
