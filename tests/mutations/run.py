@@ -53,8 +53,6 @@ MUTATIONS = [
     # the patch certificate
     ("open edges do not fail a triangle", "engine/bounds/patch.cpp",
      "if (meets_open_edge(piece, ground, cover.near)) return {};", "(void)meets_open_edge(piece, ground, 0);"),
-    ("an edge of three triangles is not open", "engine/adjacency.h",
-     "if (other == own || next_[other] != own) return std::nullopt;", "if (other == own) return std::nullopt;"),
     ("partners that run in the same direction count", "engine/bounds/patch.cpp",
      "return to != partner_from && mesh.positions[to] != mesh.positions[partner_from];", "return (void)to, (void)partner_from, false;"),
     ("partners that were not gathered count", "engine/bounds/patch.cpp",
