@@ -14,7 +14,7 @@ namespace meshgauge {
 struct Progress {
   double lower = 0;
   double upper = std::numeric_limits<double>::infinity();  // infinite until the first bound is known
-  const char* stage = "";                                  // "build", "traverse", "reduce", "certify", "statistics"
+  const char* stage = "";                                  // "build", "traverse", "reduce", "certify", "areas", ...
 };
 
 enum class Interruption { none, timeout, cancelled };

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/area/area_stage.h"
 #include "engine/bisection.h"
 #include "engine/bounds/paper_bound.h"
 #include "engine/build_stage.h"
@@ -83,6 +84,7 @@ void Measurement::open(std::optional<Directed>& directed, MeasuredMesh& from, Me
 Outcome Measurement::run() {
   conclude(search_all());
   if (options_.narrow && outcome_.stop == Stop::gate_decided) narrow();
+  if (options_.areas) bound_areas();
   if (options_.statistics) sample();
   return std::move(outcome_);
 }
@@ -249,14 +251,24 @@ void Measurement::conclude(std::optional<Stop> stop) {
   }
 }
 
+// Reports the final interval while the stages after it run.
+std::function<void()> Measurement::teller() {
+  return [this] {
+    if (control_.report_due()) control_.report({outcome_.lower, outcome_.upper, stage_});
+  };
+}
+
+void Measurement::bound_areas() {
+  const StageClock clock(outcome_.timings.areas);
+  stage_ = "areas";
+  take_areas(pair_, options_, pool_, control_, teller(), outcome_.areas.emplace());
+}
+
 // The interval is final here: no failure of the statistics changes it.
 void Measurement::sample() {
   const StageClock clock(outcome_.timings.statistics);
   stage_ = "statistics";
-  const auto tell = [this] {
-    if (control_.report_due()) control_.report({outcome_.lower, outcome_.upper, stage_});
-  };
-  take_statistics(pair_, *options_.statistics, pool_, control_, tell, outcome_.statistics.emplace());
+  take_statistics(pair_, *options_.statistics, pool_, control_, teller(), outcome_.statistics.emplace());
 }
 
 }  // namespace meshgauge

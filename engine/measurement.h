@@ -4,9 +4,11 @@
 //   traverse     sweep.h, or traversal.h with a strategy of the paper
 //   reduce       bisection.h, or reduction.h with a strategy of the paper
 //   certify      certify.h
+//   areas        area/area_stage.h
 //   statistics   statistics_stage.h
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "engine/certify.h"
@@ -48,6 +50,8 @@ class Measurement final : public Monitor {
   void report(const Search& search);
   void conclude(std::optional<Stop> stop);
   void narrow();
+  std::function<void()> teller();
+  void bound_areas();
   void sample();
 
   template <class Work>

@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "engine/area.h"
 #include "engine/statistics.h"
 #include "engine/thresholds.h"
 
@@ -45,7 +46,8 @@ struct Options {
   std::uint64_t max_work_items = std::numeric_limits<std::uint64_t>::max();  // pieces split; then: Stop::budget
   unsigned threads = 1;                // at least 1; only `automatic` uses more than one
   std::string_view simd = "auto";      // instruction set: "auto" for the fastest, or one of supported_simd()
-  std::optional<Sampling> statistics;  // nullopt: none; else sampled after the interval is final
+  std::optional<AreaOptions> areas;    // nullopt: none; else bounded after the interval is final
+  std::optional<Sampling> statistics;  // nullopt: none; else sampled after the interval and the areas
   Thresholds thresholds;               // for tests
 };
 

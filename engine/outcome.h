@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "engine/area.h"
 #include "engine/mesh.h"
 #include "engine/statistics.h"
 
@@ -76,6 +77,7 @@ struct Timings {
   double traverse = 0;
   double reduce = 0;
   double certify = 0;
+  double areas = 0;
   double statistics = 0;
 };
 
@@ -91,6 +93,7 @@ struct Outcome {
   std::string_view simd;           // the instruction set that was used
   unsigned threads = 1;            // upper limit of the threads that were used
   Timings timings;
+  std::optional<AreaOutcome> areas;      // nullopt: not asked for; no bound above depends on them
   std::optional<Statistics> statistics;  // nullopt: not asked for; nothing above depends on them
 };
 

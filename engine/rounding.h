@@ -98,8 +98,28 @@
 //      Inner point: its weights are at least 1/4. With w the width of the image's box, w/2 <= E and no edge is longer
 //      than sqrt(2) w. So it is D / (4 sqrt(2) w) > w / 2^15 inside each side, and it errs by less than 32u: it is
 //      inside if w > 2^-30 (kPatchNarrowest).
+//
+// (R12) Enclosures (engine/area). A height p.n errs by 3u for its products and sums times |p||n| <= sqrt(3), less than
+//      7u; the top of a triangle or box likewise, and by 2u more for the corners of a box, which are offsets from an
+//      origin; their difference by 3.5u; |n| - 1 <= 4u costs 14u as in R5. Less than 35u. The constant of a box: R6
+//      holds for the centre's distance, and the radius has kDistanceSlack for the 13u of R1. kMinorantSlack = 64u. An
+//      upper function is R3 and R4 at each corner; the radius of lipschitz.h likewise. The value
+//      of a part's function at a cut is a difference of values below 4, times s <= 1, and a sum: less than 8u + 8u +
+//      8u, kCutValueSlack = 32u. The cut's point itself: a difference below 2 on each axis, times s, and a sum: less
+//      than 5u an axis, 9u as a vector, for each level of cuts: kCutPointSlack = 16u instead of the 2u of R4. A weight
+//      is multiplied by s or fl(1 - s): 2u for each level. A share is a quotient of differences of stored numbers, each
+//      with a relative error of u: two quotients of 3u and their product, 7u in all. kShareSlack = 32u also covers the
+//      roundings of the final quotient. A mean of high has a relative error of 4u, a mean square of 8u: kMeanSlack =
+//      32u, with the final quotient. A sum of n terms >= 0, in any order, has a relative error of at most n u (1 + n
+//      u): sum_error().
+//
+// (R13) Areas. Twice the area of a triangle is |x * y|, x and y two edges from one corner. A difference has a relative
+//      error of u; a component of the product errs by 4u (|x1 y2| + |x2 y1|) <= 4u |x||y|, the vector by less than 7u,
+//      and its length by 3.5u: kAreaSlack = 16u, times |x||y|. What the frame lost below 2^-1022, and underflow, is
+//      scaled by 2^900 at most: kAreaOffset = 2^-170, times |x| + |y|.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace meshgauge::rounding {
@@ -123,12 +143,23 @@ inline constexpr double kPatchSmallest = 0x1p-200;         // R11
 inline constexpr double kPatchNarrowest = 0x1p-30;         // R11
 inline constexpr double kPatchHeightError = 1024 * kUnit;  // R11, times the condition of the triangle
 
+inline constexpr double kMinorantSlack = 64 * kUnit;  // R12
+inline constexpr double kCutPointSlack = 16 * kUnit;  // R12, a level
+inline constexpr double kCutValueSlack = 32 * kUnit;  // R12
+inline constexpr double kShareSlack = 32 * kUnit;     // R12
+inline constexpr double kMeanSlack = 32 * kUnit;      // R12
+inline constexpr double kAreaSlack = 16 * kUnit;      // R13
+inline constexpr double kAreaOffset = 0x1p-170;       // R13
+
 // Pieces shorter than this are not split: rounding is larger than they are.
 inline constexpr double kSmallestPiece = 0x1p-50;
 
 // More levels than any piece is ever split: a coordinate has 53 bits, and bisecting the longest edge reached
 // kSmallestPiece within 106 levels for every shape tried.
 inline constexpr std::uint32_t kDepthAllowance = 256;
+
+// The relative error of a sum of this many terms >= 0, weights of parts times values: R12.
+inline double sum_error(std::size_t terms) { return 2 * kUnit * static_cast<double>(terms + 2 * kDepthAllowance); }
 
 // The search itself stops at this gap between its computed U and L, whatever tolerance was asked for.
 // At least kSmallestPiece, so that unsplittable pieces end the search instead of being asked for again.

@@ -1,0 +1,340 @@
+#include "engine/area/area_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <new>
+#include <utility>
+
+#include "engine/area/quantile.h"
+#include "engine/rounding.h"
+
+namespace meshgauge {
+namespace {
+
+constexpr std::size_t kVerticesATask = 256;
+constexpr std::size_t kTrianglesATask = 64;
+constexpr std::size_t kTasksABatch = 1024;  // of triangles, between two steps that keep what was found
+constexpr std::size_t kPartsATask = 16;
+constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
+constexpr double kChosenShare = 0.6;      // of all contributions, refined in one round
+constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
+
+AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
+  return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
+}
+
+double least(const Linear& f) { return std::min({f[0], f[1], f[2]}); }
+double most(const Linear& f) { return std::max({f[0], f[1], f[2]}); }
+
+double mean_width(const Enclosure& e) { return mean(e.high) - mean_below(e.low); }
+double square_width(const Enclosure& e) { return mean_square(e.high) - mean_square_below(e.low); }
+
+bool is_decided(const AreaOptions::Beyond& beyond, const AreaInterval& share) {
+  return beyond.max_share && (share.upper <= *beyond.max_share || share.lower > *beyond.max_share);
+}
+
+std::size_t tasks_for(std::size_t count, std::size_t each) { return (count + each - 1) / each; }
+
+}  // namespace
+
+AreaSearch::AreaSearch(const AreaDirection& direction)
+    : in_(direction),
+      asked_(*direction.options.areas),
+      bounder_(direction.to, direction.error),
+      weights_(direction.from, direction.error),
+      stop_([this] { return in_.control.check() != Interruption::none; }),
+      closed_shares_(asked_.beyond.size()) {
+  const int exponent = in_.frame.exponent();
+  for (const auto& beyond : asked_.beyond) {
+    limits_.push_back(
+        {rounding::scale_down(beyond.distance, -exponent), rounding::scale_up(beyond.distance, -exponent)});
+    known_.beyond.push_back({0, limits_.back().down >= in_.most ? 0.0 : 1.0});
+  }
+  known_.quantiles.assign(asked_.quantiles.size(), {0, in_.most});
+  if (asked_.mean) known_.mean = known_.rms = AreaInterval{0, in_.most};
+}
+
+AreaBounds AreaSearch::run() {
+  if (demand().met()) return result(AreaStop::complete);
+  try {
+    return result(narrow());
+  } catch (const std::bad_alloc&) {
+    return result(AreaStop::budget);
+  }
+}
+
+AreaStop AreaSearch::narrow() {
+  for (std::size_t t = 0; t < in_.from.triangles.size(); ++t) {
+    const AreaWeights::Weight w = weights_.of(t);
+    area_.weight += w.weight;
+    area_.error += w.error;
+  }
+  if (area_.none()) return AreaStop::no_area;
+  if (!measure_vertices()) return interrupted();
+  const bool is_whole = bound_triangles();
+  for (;;) {
+    update();
+    in_.tell();
+    if (!is_whole) return over_budget() ? AreaStop::budget : interrupted();
+    const Demand wanted = demand();
+    if (wanted.met()) return AreaStop::complete;
+    if (over_budget()) return AreaStop::budget;
+    const std::vector<std::size_t> chosen = choose(wanted);
+    if (chosen.empty()) return AreaStop::precision_floor;
+    if (!refine(chosen)) return interrupted();
+  }
+}
+
+// A chunk of vertices starts without a hint, so that the distances do not depend on the threads.
+bool AreaSearch::measure_vertices() {
+  const std::size_t count = in_.from.positions.size();
+  corners_.resize(count);
+  std::atomic<bool> stopped{false};
+  in_.pool.run(tasks_for(count, kVerticesATask), [&](std::size_t, std::size_t task) {
+    if (stopped || stop_()) stopped = true;
+    Work work;
+    std::uint32_t hint = Nearest::kNone;
+    for (std::size_t v = task * kVerticesATask; v < std::min(count, (task + 1) * kVerticesATask) && !stopped; ++v) {
+      corners_[v] = nearest_corner(in_.to, in_.from.positions[v], work, &stop_, hint);
+      hint = corners_[v].slot;
+      if (!corners_[v].complete) stopped = true;
+    }
+  });
+  return !stopped;
+}
+
+// False: interrupted or over budget; the triangles that are left count as not visited.
+bool AreaSearch::bound_triangles() {
+  const std::size_t count = in_.from.triangles.size();
+  std::vector<Part> parts;
+  for (std::size_t begin = 0; begin < count; begin += kTasksABatch * kTrianglesATask) {
+    if (stop_() || over_budget()) {
+      close_unvisited(begin);
+      return false;
+    }
+    const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
+    parts.resize(end - begin);
+    in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t, std::size_t task) {
+      const std::size_t last = std::min(end, begin + (task + 1) * kTrianglesATask);
+      for (std::size_t t = begin + task * kTrianglesATask; t < last; ++t) take_triangle(t, parts[t - begin]);
+    });
+    for (const Part& part : parts) is_closed(part) ? close(part) : open_.push_back(part);
+  }
+  corners_ = {};
+  return true;
+}
+
+void AreaSearch::take_triangle(std::size_t triangle, Part& part) {
+  const Triangle& t = in_.from.triangles[triangle];
+  part = bounder_.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight);
+}
+
+void AreaSearch::close_unvisited(std::size_t begin) {
+  Part part;
+  part.enclosure.high = {in_.most, in_.most, in_.most};
+  for (std::size_t t = begin; t < in_.from.triangles.size(); ++t) part.weight += weights_.of(t).weight;
+  area_.terms += in_.from.triangles.size() - begin;
+  close(part);
+}
+
+void AreaSearch::close(const Part& part) {
+  ++area_.terms;
+  for (std::size_t k = 0; k < limits_.size(); ++k) {
+    closed_shares_[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
+  }
+  if (asked_.mean) closed_means_.add(part.enclosure, part.weight);
+  if (!asked_.quantiles.empty()) closed_.push_back({part.enclosure, part.weight});
+}
+
+// The width that is narrow enough for the interval of a length with this value.
+double AreaSearch::tolerance_of(double length) const {
+  return asked_.length_tolerance * std::max(length, AreaOptions::kLeastLength * in_.most);
+}
+
+// Whether all parts together would be within the tolerances if each were as narrow as this one.
+bool AreaSearch::is_closed(const Part& part) const {
+  if (!bounder_.can_narrow(part)) return true;
+  const Enclosure& e = part.enclosure;
+  for (std::size_t k = 0; k < limits_.size(); ++k) {
+    const double width = share_beyond(e.high, limits_[k].down) - share_beyond(e.low, limits_[k].up);
+    if (width > kClosedShare * asked_.share_tolerance) return false;
+  }
+  if (known_.mean && mean_width(e) > kClosedShare * tolerance_of(known_.mean->lower)) return false;
+  if (known_.rms) {
+    const double lower = known_.rms->lower, tolerance = tolerance_of(lower);
+    if (square_width(e) > kClosedShare * tolerance * std::max(2 * lower, tolerance)) return false;
+  }
+  return std::all_of(known_.quantiles.begin(), known_.quantiles.end(), [&](const AreaInterval& q) {
+    if (least(e.low) >= q.upper || most(e.high) <= q.lower) return true;
+    double width = 0;
+    for (std::size_t i = 0; i < 3; ++i) width = std::max(width, e.high[i] - e.low[i]);
+    return width <= kClosedShare * tolerance_of(q.lower);
+  });
+}
+
+void AreaSearch::update() {
+  std::vector<ShareSum> shares = closed_shares_;
+  MeanSum means = closed_means_;
+  for (const Part& part : open_) {
+    for (std::size_t k = 0; k < limits_.size(); ++k) {
+      shares[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
+    }
+    if (asked_.mean) means.add(part.enclosure, part.weight);
+  }
+  TotalArea area = area_;
+  area.terms += open_.size() + in_.from.triangles.size();
+  for (std::size_t k = 0; k < shares.size(); ++k) {
+    known_.beyond[k] = intersection(known_.beyond[k], area.share(shares[k]));
+  }
+  if (asked_.mean) {
+    known_.mean = intersection(*known_.mean, area.mean(means, in_.most));
+    known_.rms = intersection(*known_.rms, area.rms(means, in_.most));
+    known_.rms->lower = std::max(known_.rms->lower, known_.mean->lower);
+    known_.mean->upper = std::min(known_.mean->upper, known_.rms->upper);
+  }
+  if (!asked_.quantiles.empty()) update_quantiles(area);
+}
+
+void AreaSearch::update_quantiles(const TotalArea& area) {
+  std::vector<WeightedEnclosure> parts = closed_;
+  for (const Part& part : open_) parts.push_back({part.enclosure, part.weight});
+  for (std::size_t q = 0; q < asked_.quantiles.size(); ++q) {
+    AreaInterval& known = known_.quantiles[q];
+    known = quantile(asked_.quantiles[q], area, parts, known, kResolution * tolerance_of(known.lower));
+  }
+}
+
+AreaSearch::Demand AreaSearch::demand() const {
+  Demand demand;
+  for (std::size_t k = 0; k < limits_.size(); ++k) {
+    const AreaInterval& share = known_.beyond[k];
+    if (share.upper - share.lower <= asked_.share_tolerance || is_decided(asked_.beyond[k], share)) continue;
+    demand.probes.push_back({limits_[k].down, limits_[k].up, 1 / asked_.share_tolerance});
+  }
+  for (const AreaInterval& q : known_.quantiles) demand_quantile(q, demand);
+  if (known_.mean) {
+    const double tolerance = tolerance_of(known_.mean->upper);
+    if (known_.mean->upper - known_.mean->lower > tolerance) demand.mean = 1 / tolerance;
+  }
+  if (known_.rms) {
+    const auto& [lower, upper] = *known_.rms;
+    const double tolerance = tolerance_of(upper);
+    if (upper - lower > tolerance) demand.square = 1 / (tolerance * (upper + lower));
+  }
+  return demand;
+}
+
+// The widths of the shares at the ends and in the middle of the interval, scaled so that they add up to its width in
+// tolerances.
+void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) const {
+  const double width = known.upper - known.lower, tolerance = tolerance_of(known.upper);
+  if (width <= tolerance) return;
+  const std::array at{known.lower, known.lower + width / 2, known.upper};
+  double sum = 0;
+  for (const Part& part : open_) {
+    for (const double t : at) {
+      sum += part.weight * (share_beyond(part.enclosure.high, t) - share_beyond(part.enclosure.low, t));
+    }
+  }
+  const double scale = sum > 0 ? width / tolerance * area_.weight / sum : 1;
+  for (const double t : at) demand.probes.push_back({t, t, scale});
+}
+
+double AreaSearch::contribution(const Part& part, const Demand& demand) const {
+  const Enclosure& e = part.enclosure;
+  double most_wanted = 0;
+  for (const Probe& probe : demand.probes) {
+    const double high = share_beyond(e.high, probe.down);
+    if (high > 0) most_wanted = std::max(most_wanted, probe.scale * (high - share_beyond(e.low, probe.up)));
+  }
+  if (demand.mean > 0) most_wanted = std::max(most_wanted, demand.mean * mean_width(e));
+  if (demand.square > 0) most_wanted = std::max(most_wanted, demand.square * square_width(e));
+  return part.weight * most_wanted;
+}
+
+// The parts with the largest contributions, by powers of two. Closes parts that need no more work.
+std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
+  constexpr int kBins = 128;
+  std::array<double, kBins> sums{};
+  std::vector<int> bins;
+  std::erase_if(open_, [&](const Part& part) {
+    if (!is_closed(part)) return false;
+    close(part);
+    return true;
+  });
+  double total = 0;
+  for (const Part& part : open_) {
+    const double wanted = contribution(part, demand) / area_.weight;
+    bins.push_back(wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins);
+    if (wanted > 0) sums[static_cast<std::size_t>(bins.back())] += wanted;
+    total += wanted;
+  }
+  int last = -1;
+  for (double sum = 0; last + 1 < kBins && sum < kChosenShare * total;) sum += sums[static_cast<std::size_t>(++last)];
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    if (bins[i] <= last) chosen.push_back(i);
+  }
+  return chosen;
+}
+
+// Gives each chosen part a lower function, or else bisects it. False: interrupted, and nothing has changed.
+bool AreaSearch::refine(const std::vector<std::size_t>& chosen) {
+  struct Refined {
+    Part first, second;
+    bool is_split = false;
+  };
+  std::vector<Refined> found(chosen.size());
+  std::atomic<bool> stopped{false};
+  std::vector<Work> works(in_.pool.size());
+  in_.pool.run(tasks_for(chosen.size(), kPartsATask), [&](std::size_t worker, std::size_t task) {
+    if (stopped || stop_()) stopped = true;
+    const std::size_t end = std::min(chosen.size(), (task + 1) * kPartsATask);
+    for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
+      Refined& refined = found[i];
+      refined.first = open_[chosen[i]];
+      if (!refined.first.has_low) {
+        if (!bounder_.bound_below(refined.first, works[worker], &stop_)) stopped = true;
+      } else if (auto parts = bounder_.split(refined.first, works[worker], &stop_)) {
+        refined = {(*parts)[0], (*parts)[1], true};
+      } else {
+        stopped = true;
+      }
+    }
+  });
+  for (const Work& work : works) work_ += work;
+  if (stopped) return false;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    open_[chosen[i]] = found[i].first;
+    if (found[i].is_split) open_.push_back(found[i].second);
+  }
+  return true;
+}
+
+bool AreaSearch::over_budget() const {
+  constexpr std::size_t kCopies = 3;  // while a round refines them
+  return kCopies * open_.size() * sizeof(Part) + closed_.size() * sizeof(WeightedEnclosure) >
+             in_.options.max_memory_bytes ||
+         work_.subdivisions >= in_.options.max_work_items;
+}
+
+AreaStop AreaSearch::interrupted() const {
+  return in_.control.check() == Interruption::timeout ? AreaStop::timeout : AreaStop::cancelled;
+}
+
+AreaBounds AreaSearch::result(AreaStop stop) const {
+  AreaBounds found = known_;
+  found.stop = stop;
+  found.pieces = area_.terms + open_.size();
+  const int exponent = in_.frame.exponent();
+  const auto scale = [&](AreaInterval& length) {
+    length = {rounding::scale_down(length.lower, exponent), rounding::scale_up(length.upper, exponent)};
+  };
+  for (AreaInterval& q : found.quantiles) scale(q);
+  if (found.mean) scale(*found.mean);
+  if (found.rms) scale(*found.rms);
+  return found;
+}
+
+}  // namespace meshgauge

@@ -1,0 +1,104 @@
+// The search for the intervals of engine/area.h, in one direction: from mesh A to mesh B, in the unit frame.
+//
+//  1. The distance of each vertex of A, then an upper function for each triangle (part.h). What the questions need no
+//     more of is closed at once.
+//  2. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
+//     that contribute most to the widths get a lower function or are bisected.
+//
+// The intervals hold after each round, and while the first phase runs: what is not visited has the distance [0, most].
+// Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
+// number of threads.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "engine/area.h"
+#include "engine/area/part.h"
+#include "engine/area/totals.h"
+#include "engine/area/weights.h"
+#include "engine/control.h"
+#include "engine/options.h"
+#include "engine/ordered_mesh.h"
+#include "engine/thread_pool.h"
+
+namespace meshgauge {
+
+// The input of one direction. Lengths in frame units.
+struct AreaDirection {
+  const OrderedMesh& from;
+  const Bvh& to;
+  const Frame& frame;
+  const Options& options;  // areas, max_memory_bytes, max_work_items
+  double most;             // upper bound of the distance of every point of `from`
+  double error;            // as in PartBounder
+  ThreadPool& pool;
+  Control& control;                   // polled every 0.1 ms of work
+  const std::function<void()>& tell;  // called between rounds, to report progress
+};
+
+class AreaSearch {
+ public:
+  explicit AreaSearch(const AreaDirection& direction);
+
+  // Lengths of the result in the meshes' unit.
+  AreaBounds run();
+
+ private:
+  // A limit of distance with the scale of the shares' widths that it adds to a part's contribution.
+  struct Probe {
+    double down, up;
+    double scale;
+  };
+  // What is still too wide, as scales of a part's widths.
+  struct Demand {
+    std::vector<Probe> probes;
+    double mean = 0;
+    double square = 0;
+    bool met() const { return probes.empty() && mean == 0 && square == 0; }
+  };
+  struct Limit {
+    double down, up;
+  };
+
+  bool measure_vertices();
+  bool bound_triangles();
+  void take_triangle(std::size_t triangle, Part& part);
+  AreaStop narrow();
+  void update();
+  void update_quantiles(const TotalArea& area);
+  Demand demand() const;
+  void demand_quantile(const AreaInterval& known, Demand& demand) const;
+  double contribution(const Part& part, const Demand& demand) const;
+  double tolerance_of(double length) const;
+  bool is_closed(const Part& part) const;
+  void close(const Part& part);
+  void close_unvisited(std::size_t begin);
+  bool refine(const std::vector<std::size_t>& chosen);
+  std::vector<std::size_t> choose(const Demand& demand);
+  bool over_budget() const;
+  AreaStop interrupted() const;
+  AreaBounds result(AreaStop stop) const;
+
+  const AreaDirection in_;
+  const AreaOptions& asked_;
+  const PartBounder bounder_;
+  const AreaWeights weights_;
+  const Interrupted stop_;
+  std::vector<Limit> limits_;    // AreaOptions::beyond in frame units
+  std::vector<Corner> corners_;  // by vertex of A
+  TotalArea area_;
+
+  std::vector<Part> open_;
+  std::vector<WeightedEnclosure> closed_;  // kept for quantiles only
+  std::vector<ShareSum> closed_shares_;
+  MeanSum closed_means_;
+
+  AreaBounds known_;  // in frame units: the intersection of all intervals so far
+  Work work_;
+};
+
+}  // namespace meshgauge

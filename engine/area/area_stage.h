@@ -1,0 +1,20 @@
+// The stage of a measurement after its interval: the certified distribution over the area of each direction.
+#pragma once
+
+#include <functional>
+
+#include "engine/area.h"
+#include "engine/control.h"
+#include "engine/measured_pair.h"
+#include "engine/options.h"
+#include "engine/thread_pool.h"
+
+namespace meshgauge {
+
+// Answers `options.areas` for each direction of `pair` and fills `found`. A deadline, a cancellation or lack of memory
+// ends it with the intervals reached so far: AreaBounds::stop; it does not throw std::bad_alloc. Calls `tell`
+// repeatedly, on this thread, to report progress.
+void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
+                const std::function<void()>& tell, AreaOutcome& found);
+
+}  // namespace meshgauge

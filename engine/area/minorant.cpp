@@ -1,0 +1,181 @@
+#include "engine/area/minorant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <Eigen/Geometry>
+
+#include "engine/kernels/walk.h"
+#include "engine/rounding.h"
+
+namespace meshgauge {
+namespace {
+
+constexpr double kLeastLength = 0x1p-400;  // a shorter vector has no direction
+constexpr std::uint64_t kTestsOfOne = 8;   // a triangle takes as long as so many of a query's tests
+
+std::optional<Vec3> direction_of(const Vec3& v) {
+  const double length = v.norm();
+  if (!(length > kLeastLength)) return std::nullopt;
+  return v / length;
+}
+
+// The bound while the tree is walked.
+class Minorant {
+ public:
+  Minorant(const Bvh& to, const std::array<Corner, 3>& corners) : to_(to) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      p_[i] = corners[i].point;
+      values_[i] = corners[i].distance;
+    }
+    centre_ = (p_[0] + p_[1] + p_[2]) / 3;
+    for (const Vec3& p : p_) radius_ = std::max(radius_, (p - centre_).norm());
+    radius_ += rounding::kDistanceSlack;
+    add_shared_directions(corners);
+    for (const Corner& corner : corners) add(corner.slot);
+  }
+
+  const Linear& values() const { return values_; }
+  const Vec3& centre() const { return centre_; }
+  double most() const { return std::max({values_[0], values_[1], values_[2]}); }
+  // A box farther than this from the centre cannot lower any value.
+  double reach() const { return std::max(most(), 0.0) + radius_; }
+
+  // Whether the triangles in the box cannot lower any value, by one of the shared directions.
+  bool is_beyond(const Box& box) const {
+    for (std::size_t d = 0; d < directions_; ++d) {
+      const Vec3& n = shared_[d].n;
+      double top = 0;
+      for (int k = 0; k < 3; ++k) top += n[k] * (n[k] > 0 ? box.high[k] : box.low[k]);
+      if (is_above(shared_[d].heights, top)) return true;
+    }
+    return false;
+  }
+
+  // Takes triangle `slot` into account.
+  void add(std::uint32_t slot) {
+    const MeshView mesh = to_.mesh();
+    const std::array<Vec3, 3> corners{mesh.corner(slot, 0), mesh.corner(slot, 1), mesh.corner(slot, 2)};
+    Best best;
+    for (std::size_t d = 0; d < directions_; ++d) {
+      if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
+    }
+    const PreparedTriangle triangle = to_.prepared(slot);
+    const Vec3 from = centre_ - closest_point(triangle, centre_);
+    if (attempt(from, corners, best)) return;
+    Vec3 normal = triangle.e1.cross(triangle.e2);
+    if (normal.dot(from) < 0) normal = -normal;
+    if (attempt(normal, corners, best)) return;
+    for (const Vec3& p : p_) {
+      if (attempt(p - closest_point(triangle, p), corners, best)) return;
+    }
+    values_ = best.values;
+  }
+
+ private:
+  struct Direction {
+    Vec3 n;
+    Linear heights;  // of the corners of P
+  };
+  struct Best {
+    Linear values{};
+    double sum = -1e300;
+  };
+
+  // The mean direction from B to P, and the normals of P and of the owners on that side. A triangle beyond a convex
+  // edge of B lies below its neighbour's plane.
+  void add_shared_directions(const std::array<Corner, 3>& corners) {
+    Vec3 away = Vec3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) away += p_[i] - closest_point(to_.prepared(corners[i].slot), p_[i]);
+    const auto add_direction = [&](const Vec3& v) {
+      const auto n = direction_of(v.dot(away) < 0 ? Vec3(-v) : v);
+      if (n) shared_[directions_++] = {*n, heights(*n)};
+    };
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t slot = corners[i].slot;
+      if ((i > 0 && slot == corners[0].slot) || (i > 1 && slot == corners[1].slot)) continue;
+      const PreparedTriangle owner = to_.prepared(slot);
+      add_direction(owner.e1.cross(owner.e2));
+    }
+    add_direction(away);
+    add_direction((p_[1] - p_[0]).cross(p_[2] - p_[0]));
+  }
+
+  Linear heights(const Vec3& n) const { return {p_[0].dot(n), p_[1].dot(n), p_[2].dot(n)}; }
+
+  static double top_of(const std::array<Vec3, 3>& corners, const Vec3& n) {
+    return std::max({corners[0].dot(n), corners[1].dot(n), corners[2].dot(n)});
+  }
+
+  bool is_above(const Linear& heights, double top) const {
+    return heights[0] - top >= values_[0] && heights[1] - top >= values_[1] && heights[2] - top >= values_[2];
+  }
+
+  bool attempt(const Vec3& v, const std::array<Vec3, 3>& corners, Best& best) const {
+    const auto n = direction_of(v);
+    return n && attempt(heights(*n), top_of(corners, *n), best);
+  }
+
+  // Keeps the values that fall least. True: the triangle lowers none.
+  bool attempt(const Linear& heights, double top, Best& best) const {
+    Linear fallen;
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += fallen[i] = std::min(values_[i], heights[i] - top);
+    if (sum > best.sum) best = {fallen, sum};
+    return fallen == values_;
+  }
+
+  const Bvh& to_;
+  std::array<Vec3, 3> p_;
+  Linear values_;
+  Vec3 centre_;
+  double radius_ = 0;
+  std::array<Direction, 5> shared_;
+  std::size_t directions_ = 0;
+};
+
+// Pushes the children that may lower a value, the nearest on top. Returns the new size of the stack.
+std::size_t push_children(const WideNode& node, const Minorant& minorant, WalkEntry* stack, std::size_t size) {
+  const double reach = minorant.reach(), limit = far_limit(reach * reach);
+  const Vec3& c = minorant.centre();
+  const std::array<double, 3> local{c[0] - node.origin[0], c[1] - node.origin[1], c[2] - node.origin[2]};
+  const std::size_t bottom = size;
+  std::size_t nearest = size;
+  double least = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const double distance_sq = box_distance_sq(node, lane, local);
+    if (!(distance_sq <= limit) || minorant.is_beyond(Bvh::child_box(node, lane))) continue;
+    if (size == bottom || distance_sq < least) least = distance_sq, nearest = size;
+    stack[size++] = {static_cast<float>(distance_sq), node.child[lane]};
+  }
+  if (size > bottom) std::swap(stack[nearest], stack[size - 1]);
+  return size;
+}
+
+}  // namespace
+
+std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, Work& work,
+                                      const Interrupted* stop) {
+  Minorant minorant(to, corners);
+  Polling polling(stop, work.triangle_tests);
+  std::array<WalkEntry, kMaxStack> stack;
+  std::size_t size = 0;
+  stack[size++] = {0, Bvh::kRoot};
+  while (size > 0 && minorant.most() > 0) {
+    const WalkEntry entry = stack[--size];
+    const double reach = minorant.reach();
+    if (entry.distance_sq > near_limit(reach * reach)) continue;
+    if (!(entry.child & WideNode::kLeaf)) {
+      size = push_children(to.nodes()[entry.child], minorant, stack.data(), size);
+      continue;
+    }
+    const std::uint32_t block = entry.child & ~WideNode::kLeaf;
+    for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) minorant.add(t);
+    work.triangle_tests += kTestsOfOne * kLanes;
+    if (polling.poll(work.triangle_tests)) return std::nullopt;
+  }
+  return minorant.most() > 0 ? minorant.values() : Linear{};
+}
+
+}  // namespace meshgauge

@@ -1,0 +1,155 @@
+#include "engine/area/part.h"
+
+#include <algorithm>
+
+#include <Eigen/Geometry>
+
+#include "engine/area/minorant.h"
+#include "engine/bounds/lipschitz.h"
+#include "engine/rounding.h"
+
+namespace meshgauge {
+namespace {
+
+double sum(const Linear& f) { return f[0] + f[1] + f[2]; }
+
+PartCut longest_edge(const std::array<Corner, 3>& corners) {
+  PartCut best{0, 1, 2};
+  double longest = -1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const double length = (corners[i].point - corners[j].point).squaredNorm();
+    if (length > longest) longest = length, best = {i, j, (i + 2) % 3};
+  }
+  return best;
+}
+
+double longest(const std::array<Corner, 3>& corners) {
+  const PartCut edge = longest_edge(corners);
+  return (corners[edge.a].point - corners[edge.b].point).norm();
+}
+
+// Where the distance to one owner passes that to the other on the way from a to b.
+double crossing(const PreparedTriangle& of_a, const PreparedTriangle& of_b, const Vec3& a, const Vec3& b) {
+  constexpr int kSteps = 5;
+  double low = 0, high = 1;
+  for (int i = 0; i < kSteps; ++i) {
+    const double middle = (low + high) / 2;
+    const Vec3 p = a + middle * (b - a);
+    (distance(of_a, p) < distance(of_b, p) ? low : high) = middle;
+  }
+  return (low + high) / 2;
+}
+
+}  // namespace
+
+double PartBounder::slack_high(std::uint32_t depth) const {
+  return rounding::upper_slack(to_.residual(), 0) + rounding::kCutPointSlack * depth + error_;
+}
+
+double PartBounder::slack_low(std::uint32_t depth) const {
+  return rounding::kMinorantSlack + rounding::kCutPointSlack * depth + error_;
+}
+
+// d(x,B) <= d(x,T), which is convex, for the triangle T nearest to a corner. And for x = sum w_i p_i,
+// d(x,B) <= sum w_i (d_i + |x - p_i|), where sum w_i |x - p_i| is at most the root of sum w_i |x - p_i|^2, which is at
+// most that about the centre m of the smallest circle, sum w_i |m - p_i|^2 <= R^2.
+Linear PartBounder::high_of(const Part& part) const {
+  const auto& corners = part.corners;
+  constexpr double kRoundUp = 1 + 0x1p-47;  // lipschitz.h
+  const double radius = kRoundUp * enclosing_radius(corners[0].point, corners[1].point, corners[2].point);
+  Linear best{corners[0].distance + radius, corners[1].distance + radius, corners[2].distance + radius};
+  for (std::size_t owner = 0; owner < 3; ++owner) {
+    const std::uint32_t slot = corners[owner].slot;
+    const bool is_tried = (owner > 0 && slot == corners[0].slot) || (owner > 1 && slot == corners[1].slot);
+    if (is_tried) continue;
+    const PreparedTriangle triangle = to_.prepared(slot);
+    Linear high;
+    for (std::size_t i = 0; i < 3; ++i) {
+      high[i] = corners[i].slot == slot ? corners[i].distance : distance(triangle, corners[i].point);
+    }
+    if (sum(high) < sum(best)) best = high;
+  }
+  for (double& value : best) value += slack_high(part.depth);
+  return best;
+}
+
+Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight) const {
+  Part part{corners, {}, weight};
+  part.enclosure.high = high_of(part);
+  return part;
+}
+
+bool PartBounder::bound_below(Part& part, Work& work, const Interrupted* stop) const {
+  const auto minorant = linear_minorant(to_, part.corners, work, stop);
+  if (!minorant) return false;
+  Linear low = *minorant;
+  for (double& value : low) value -= slack_low(part.depth);
+  if (sum(low) > sum(part.enclosure.low) || !part.has_low) part.enclosure.low = low;
+  part.has_low = true;
+  return true;
+}
+
+// Cuts at a crease of the distance where one crosses an edge: where the owner changes, or where A crosses B. Otherwise
+// bisects the longest edge. Any cut is right; these leave parts on which the distance is nearly linear.
+PartCut PartBounder::cut_of(const Part& part) const {
+  constexpr double kLeast = 1.0 / 16;     // nearer to a corner it is not worth a cut
+  constexpr std::uint32_t kDeepest = 24;  // bisecting is sure to make parts short
+  PartCut best = longest_edge(part.corners);
+  if (part.depth > kDeepest) return best;
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const Corner &a = part.corners[i], &b = part.corners[j];
+    const double length = (b.point - a.point).squaredNorm();
+    if (length <= longest) continue;
+    const auto at = crease(a, b);
+    if (at && *at >= kLeast && *at <= 1 - kLeast) longest = length, best = {i, j, (i + 2) % 3, *at};
+  }
+  return best;
+}
+
+std::optional<double> PartBounder::crease(const Corner& a, const Corner& b) const {
+  const PreparedTriangle of_a = to_.prepared(a.slot);
+  if (a.slot != b.slot) return crossing(of_a, to_.prepared(b.slot), a.point, b.point);
+  const Vec3 normal = of_a.e1.cross(of_a.e2);
+  const double above_a = (a.point - of_a.a).dot(normal), above_b = (b.point - of_a.a).dot(normal);
+  if (above_a * above_b >= 0) return std::nullopt;
+  return above_a / (above_a - above_b);
+}
+
+std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& work, const Interrupted* stop) const {
+  const PartCut cut = cut_of(part);
+  const Corner &a = part.corners[cut.a], &b = part.corners[cut.b], &c = part.corners[cut.c];
+  ++work.subdivisions;
+  const Corner between = nearest_corner(to_, a.point + cut.at * (b.point - a.point), work, stop, a.slot);
+  if (!between.complete) return std::nullopt;
+  const auto value = [&](const Linear& f) { return f[cut.a] + cut.at * (f[cut.b] - f[cut.a]); };
+  std::array<Part, 2> parts;
+  for (const bool second : {false, true}) {
+    const std::size_t end = second ? cut.b : cut.a;
+    Part& half = parts[second ? 1 : 0];
+    half.corners = {part.corners[end], between, c};
+    half.weight = part.weight * (second ? 1 - cut.at : cut.at);
+    half.depth = part.depth + 1;
+    half.enclosure.high = high_of(half);
+    // The parent's functions hold on the exact part, up to the rounding of the new value.
+    const Enclosure& known = part.enclosure;
+    const Linear high{known.high[end], value(known.high) + rounding::kCutValueSlack, known.high[cut.c]};
+    if (sum(high) < sum(half.enclosure.high)) half.enclosure.high = high;
+    if (!part.has_low) continue;
+    half.enclosure.low = {known.low[end], value(known.low) - rounding::kCutValueSlack, known.low[cut.c]};
+    half.has_low = true;
+    if (!bound_below(half, work, stop)) return std::nullopt;
+  }
+  return parts;
+}
+
+bool PartBounder::can_narrow(const Part& part) const {
+  double width = 0;
+  for (std::size_t i = 0; i < 3; ++i) width = std::max(width, part.enclosure.high[i] - part.enclosure.low[i]);
+  if (width <= 4 * (slack_high(part.depth) + slack_low(part.depth))) return false;
+  return !part.has_low || (part.depth < rounding::kDepthAllowance && longest(part.corners) >= rounding::kSmallestPiece);
+}
+
+}  // namespace meshgauge

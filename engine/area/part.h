@@ -1,0 +1,56 @@
+// The parts of A that the area search bounds: triangles of A, and what cuts from a corner to the opposite edge make of
+// them. A cut at a + s (b - a) divides the exact part's area as s : 1 - s, exactly, so weights are divided alike
+// (rounding.h R12).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "engine/area/enclosure.h"
+#include "engine/bounds/piece.h"
+#include "engine/bvh.h"
+
+namespace meshgauge {
+
+struct Part {
+  std::array<Corner, 3> corners;
+  Enclosure enclosure;
+  double weight = 0;  // of its area: AreaWeights
+  std::uint32_t depth = 0;
+  bool has_low = false;  // enclosure.low is a linear_minorant(), not 0
+};
+
+// A cut of a part from a point of the edge ab to the corner c: numbers of corners.
+struct PartCut {
+  std::size_t a, b, c;
+  double at = 0.5;  // the point is a + at * (b - a)
+};
+
+// Bounds parts. Thread safe: the callers' Work is all that changes.
+class PartBounder {
+ public:
+  // `error`: how far the surfaces may be from the exact ones that they stand for (InputError), in frame units.
+  PartBounder(const Bvh& to, double error) : to_(to), error_(error) {}
+
+  // A whole triangle with measured corners; its enclosure has an upper function and no lower one.
+  Part whole(const std::array<Corner, 3>& corners, double weight) const;
+  // Adds a lower function. False: `stop` returned true; the part is unchanged.
+  bool bound_below(Part& part, Work& work, const Interrupted* stop) const;
+  // Cuts the part in two, each enclosed as the whole or more narrowly. nullopt: `stop` returned true.
+  std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop) const;
+  // Whether more work can narrow the enclosure: rounding is not most of its width, nor all of the part.
+  bool can_narrow(const Part& part) const;
+
+ private:
+  double slack_high(std::uint32_t depth) const;
+  double slack_low(std::uint32_t depth) const;
+  Linear high_of(const Part& part) const;
+  PartCut cut_of(const Part& part) const;
+  std::optional<double> crease(const Corner& a, const Corner& b) const;
+
+  const Bvh& to_;
+  const double error_;
+};
+
+}  // namespace meshgauge
