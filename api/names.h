@@ -35,6 +35,12 @@ inline constexpr Name<Rule> kRules[] = {
 inline constexpr Name<Weight> kWeights[] = {
     {Weight::area, "area"}, {Weight::length, "length"}, {Weight::points, "points"}};
 
+// Why the narrowing of certified areas ended.
+inline constexpr Name<AreaStop> kAreaStops[] = {
+    {AreaStop::complete, "complete"}, {AreaStop::precision_floor, "precision_floor"},
+    {AreaStop::timeout, "timeout"},   {AreaStop::cancelled, "cancelled"},
+    {AreaStop::budget, "budget"},     {AreaStop::no_area, "no_area"}};
+
 // Whether the statistics are complete, or why they are not.
 inline constexpr Name<StatisticsStatus> kStatisticsStatuses[] = {{StatisticsStatus::complete, "complete"},
                                                                  {StatisticsStatus::timeout, "timeout"},

@@ -28,6 +28,7 @@ std::string text_of(double x) {
 
 std::string described(const Range& range) {
   if (range.integer) return "an integer from " + text_of(range.low) + " to " + text_of(range.high);
+  if (range.high < Range{}.high) return "a number from " + text_of(range.low) + " to " + text_of(range.high);
   return "a finite number of at least " + text_of(range.low);
 }
 
@@ -191,6 +192,61 @@ Result<Done> read_statistics(const JsonValue& value, const std::string& pointer,
   return read_object(value, pointer, kFields, reading);
 }
 
+// Reads an array of 1 to `most` numbers, each handed to `add`.
+template <class Add>
+Result<Done> read_list(const JsonValue& value, const Range& range, std::size_t most, const std::string& pointer,
+                       const Add& add) {
+  if (!value.is_array() || value.empty() || value.size() > most) {
+    return invalid(pointer, pointer + " must be an array of 1 to " + std::to_string(most) + " numbers, not " +
+                                (value.is_array() ? "one of " + std::to_string(value.size()) : shown(value)));
+  }
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const auto number = read_number(value[i], range, pointer + "/" + std::to_string(i));
+    if (!number) return number.error();
+    add(*number);
+  }
+  return Done{};
+}
+
+Result<Done> read_beyond(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  auto& beyond = reading.request.options.areas->beyond;
+  return read_list(value, kBeyondRange, AreaOptions::kMaxBeyond, pointer, [&](double distance) {
+    beyond.push_back({distance, std::nullopt});
+  });
+}
+
+Result<Done> read_quantiles(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  auto& quantiles = reading.request.options.areas->quantiles;
+  return read_list(value, kQuantileRange, AreaOptions::kMaxQuantiles, pointer,
+                   [&](double share) { quantiles.push_back(share); });
+}
+
+Result<Done> read_mean(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  if (!value.is_boolean()) return invalid(pointer, pointer + " must be true or false, not " + shown(value));
+  reading.request.options.areas->mean = value.get<bool>();
+  return Done{};
+}
+
+Result<Done> read_share_tolerance(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kShareToleranceRange, pointer, reading.request.options.areas->share_tolerance);
+}
+
+Result<Done> read_length_tolerance(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kLengthToleranceRange, pointer, reading.request.options.areas->length_tolerance);
+}
+
+Result<Done> read_areas(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {{"beyond", read_beyond},
+                                      {"quantiles", read_quantiles},
+                                      {"mean", read_mean},
+                                      {"share_tolerance", read_share_tolerance},
+                                      {"length_tolerance", read_length_tolerance}};
+  const AreaOptions& asked = reading.request.options.areas.emplace();
+  if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
+  if (!asks_something(asked)) return invalid(pointer, pointer + " must ask for beyond, quantiles or mean");
+  return Done{};
+}
+
 Result<Done> read_direction(const JsonValue& value, const std::string& pointer, Reading& reading) {
   return read_name(kDirections, value, pointer, reading.request.options.direction);
 }
@@ -222,10 +278,10 @@ Result<Done> read_threads(const JsonValue& value, const std::string& pointer, Re
 }
 
 constexpr Field kOptions[] = {
-    {"direction", read_direction}, {"tolerance", read_tolerance}, {"gate", read_gate},
-    {"strategy", read_strategy},   {"points", read_points},       {"timeout_ms", read_timeout},
-    {"threads", read_threads},     {"budget", read_budget},       {"statistics", read_statistics},
-    {"units", read_units}};
+    {"direction", read_direction},   {"tolerance", read_tolerance}, {"gate", read_gate},
+    {"strategy", read_strategy},     {"points", read_points},       {"timeout_ms", read_timeout},
+    {"threads", read_threads},       {"budget", read_budget},       {"areas", read_areas},
+    {"statistics", read_statistics}, {"units", read_units}};
 
 }  // namespace
 

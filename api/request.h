@@ -27,6 +27,10 @@ inline constexpr Range kMemoryBytesRange{1 << 20, 0x1p40, true};  // for waiting
 inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service may set a lower maximum
 inline constexpr Range kSamplesRange{1'000, 1'000'000, true};     // per direction of the statistics
 inline constexpr Range kSeedRange{0, 0x1p53 - 1, true};           // integers that JSON readers keep exactly
+inline constexpr Range kBeyondRange{};                            // a distance, in the unit of the result
+inline constexpr Range kQuantileRange{0.001, 0.999};              // a share of the area
+inline constexpr Range kShareToleranceRange{1e-6, 1};  // of certified areas; a service may need long for less
+inline constexpr Range kLengthToleranceRange{1e-6, 1};
 inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;
 
 // Returns `value` when it is in the range, else invalid_request. `name`: a JSON pointer or a flag, for the message and

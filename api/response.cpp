@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/area_json.h"
 #include "api/gate.h"
 #include "api/json_of.h"
 #include "api/names.h"
@@ -91,6 +92,7 @@ std::vector<Stage> stages(const Comparison& comparison) {
   std::vector<Stage> all{{"queue", times.queue},     {"read_a", times.read_a},      {"read_b", times.read_b},
                          {"build", engine.build},    {"traverse", engine.traverse}, {"reduce", engine.reduce},
                          {"certify", engine.certify}};
+  if (comparison.outcome.areas) all.push_back({"areas", engine.areas});
   if (comparison.outcome.statistics) all.push_back({"statistics", engine.statistics});
   all.push_back({"total", times.total});
   return all;
@@ -115,6 +117,7 @@ std::string to_json(const Comparison& comparison) {
       {"meshes", {{"a", json_of(comparison.a, comparison.units.a)}, {"b", json_of(comparison.b, comparison.units.b)}}},
       {"engine", engine(comparison.options, outcome)},
       {"statistics", json_of(outcome.statistics)}};
+  if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <tuple>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -38,6 +40,9 @@ struct Flags {
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
   std::optional<std::string> max_distance;
+  std::vector<double> beyond, quantiles;
+  std::optional<double> share_tolerance, length_tolerance;
+  bool mean = false;
   UnitFlags units;
   double timeout_ms = 30'000;
   double threads = 0;
@@ -110,6 +115,37 @@ Result<Done> set_statistics(const Flags& flags, Options& options) {
   return refused(name + " goes with --statistics only", "", name);
 }
 
+Result<Done> set_list(const std::vector<double>& values, const api::Range& range, std::size_t most, const char* name) {
+  if (values.size() > most) {
+    const std::string limit = std::to_string(most) + " values, not " + std::to_string(values.size());
+    return refused(std::string(name) + " takes at most " + limit, "", name);
+  }
+  for (const double value : values) {
+    if (auto ok = api::in_range(value, range, name); !ok) return ok.error();
+  }
+  return Done{};
+}
+
+Result<Done> set_areas(const Flags& flags, Options& options) {
+  AreaOptions asked;
+  if (auto ok = set_list(flags.beyond, api::kBeyondRange, AreaOptions::kMaxBeyond, "--beyond"); !ok) return ok;
+  if (auto ok = set_list(flags.quantiles, api::kQuantileRange, AreaOptions::kMaxQuantiles, "--quantiles"); !ok)
+    return ok;
+  for (const double distance : flags.beyond) asked.beyond.push_back({distance, std::nullopt});
+  asked.quantiles = flags.quantiles;
+  asked.mean = flags.mean;
+  const bool is_asked = asks_something(asked);
+  for (const auto& [value, range, name, out] :
+       {std::tuple(flags.share_tolerance, api::kShareToleranceRange, "--share-tolerance", &asked.share_tolerance),
+        std::tuple(flags.length_tolerance, api::kLengthToleranceRange, "--length-tolerance",
+                   &asked.length_tolerance)}) {
+    if (value && !is_asked) return refused(std::string(name) + " goes with --beyond, --quantiles or --mean", "", name);
+    if (auto ok = set_number(value, range, name, *out); !ok) return ok;
+  }
+  if (is_asked) options.areas = std::move(asked);
+  return Done{};
+}
+
 Result<Done> set_machine(const Flags& flags, Options& options) {
   auto threads = api::in_range(flags.threads, {0, api::kThreadsRange.high, true}, "--threads");
   if (!threads) return threads.error();
@@ -131,6 +167,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_budget(flags, options); !ok) return ok.error();
   if (auto ok = set_limit(flags, options); !ok) return ok.error();
   if (auto ok = set_units(flags.units, options.units); !ok) return ok.error();
+  if (auto ok = set_areas(flags, options); !ok) return ok.error();
   if (auto ok = set_statistics(flags, options); !ok) return ok.error();
   if (auto ok = set_machine(flags, options); !ok) return ok.error();
   auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
@@ -230,6 +267,16 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--threads", flags->threads, "At most so many threads; 0: one for each processor")
       ->capture_default_str();
   command.add_option("--simd", flags->simd, "Instruction set: " + api::simd_names())->capture_default_str();
+  command.add_option("--beyond", flags->beyond, "Certify the share of the area beyond these distances: 0.05,0.1")
+      ->delimiter(',')
+      ->expected(1);
+  command.add_option("--quantiles", flags->quantiles, "Certify the distances that these shares are within: 0.95,0.99")
+      ->delimiter(',')
+      ->expected(1);
+  command.add_flag("--mean", flags->mean, "Certify the mean and the root mean square of the distance");
+  command.add_option("--share-tolerance", flags->share_tolerance, "Width of a certified share; else 0.001");
+  command.add_option("--length-tolerance", flags->length_tolerance,
+                     "Width of a certified quantile or mean, relative to it; else 0.01");
   command.add_flag("--statistics", flags->statistics, "Also sample mean, RMS, quantiles and a histogram");
   command.add_option("--samples", flags->samples, "Points sampled in each direction, 1000 to 1000000; else 100000");
   command.add_option("--seed", flags->seed, "Another one samples other points; else 1");

@@ -8,6 +8,7 @@
 #include "api/notes.h"
 #include "api/with_unit.h"
 #include "check/text.h"
+#include "cli/area_table.h"
 #include "cli/statistics_table.h"
 
 namespace meshgauge::cli {
@@ -64,6 +65,7 @@ void add_times(std::string& out, const Comparison& comparison) {
   append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f",
          comparison.times.total, comparison.times.read_a, comparison.times.read_b, engine.build, engine.traverse,
          engine.reduce, engine.certify);
+  if (comparison.outcome.areas) append(out, ", areas %.1f", engine.areas);
   if (comparison.outcome.statistics) append(out, ", statistics %.1f", engine.statistics);
   out += "\n";
 }
@@ -91,6 +93,7 @@ std::string to_table(const Comparison& comparison) {
   }
   add_direction(out, "a to b", outcome.a_to_b, unit);
   add_direction(out, "b to a", outcome.b_to_a, unit);
+  if (outcome.areas) out += to_table(*outcome.areas, unit);
   if (outcome.statistics) out += to_table(*outcome.statistics, unit);
   add_mesh(out, "mesh a", comparison.a, comparison.units.a);
   add_mesh(out, "mesh b", comparison.b, comparison.units.b);

@@ -26,7 +26,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             tolerance: Optional[_options.Tolerance] = None, timeout: Optional[float] = 30.0,
             threads: Optional[int] = None, direction: Optional[str] = None,
             units: Optional[_options.Units] = None, strategy: Optional[str] = None, points: Optional[int] = None,
-            statistics: Union[bool, Mapping[str, int], None] = None) -> Result:
+            statistics: Union[bool, Mapping[str, int], None] = None,
+            areas: Optional[Mapping[str, Any]] = None) -> Result:
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF; also gzip-compressed), the content of such a file as bytes, a
@@ -50,6 +51,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         strategy, points: another algorithm: "auto" (default), "four_point", "n_point" with `points`, "triangle_set".
         statistics: True also samples mean, RMS and percentiles (Result.document["statistics"]); a mapping may set
             "samples" and "seed".
+        areas: certifies how the distance is distributed over the area (Result.document["areas"]); a mapping with
+            "beyond" (distances), "quantiles" (shares), "mean" (True), "share_tolerance" and "length_tolerance".
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
 
@@ -63,7 +66,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     options = _options.document(
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
-        statistics=statistics)
+        statistics=statistics, areas=areas)
     return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 from meshgauge.errors import InputError
@@ -71,6 +71,20 @@ def _statistics(statistics: Union[bool, Mapping[str, int]]) -> Any:
     return {str(name): _integer(value, f"statistics[{name!r}]") for name, value in statistics.items()}
 
 
+def _areas(areas: Any) -> dict[str, Any]:
+    if not isinstance(areas, Mapping):
+        raise InputError(f"areas must be a mapping such as {{'beyond': [0.05]}}, not {areas!r}")
+    sent: dict[str, Any] = {}
+    for name, value in areas.items():
+        if isinstance(value, bool):
+            sent[str(name)] = value
+        elif isinstance(value, Iterable) and not isinstance(value, str):
+            sent[str(name)] = [number(one, f"areas[{name!r}]") for one in value]
+        else:
+            sent[str(name)] = number(value, f"areas[{name!r}]")
+    return sent
+
+
 _TOLERANCE_OF_GATES = {"diagonal": 1e-9}
 
 # A function for each option that is not sent as it is given.
@@ -82,6 +96,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "threads": ("threads", lambda value: _integer(value, "threads")),
     "points": ("points", lambda value: _integer(value, "points")),
     "statistics": ("statistics", _statistics),
+    "areas": ("areas", _areas),
 }
 
 

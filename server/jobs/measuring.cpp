@@ -30,10 +30,20 @@ std::string verdict_of(const api::Comparison& comparison) {
   return found ? std::string(api::to_string(*found)) : std::string();
 }
 
+bool has_area_stop(const Outcome& outcome, AreaStop stop) {
+  if (!outcome.areas) return false;
+  const auto& [options, a_to_b, b_to_a] = *outcome.areas;
+  return (a_to_b && a_to_b->stop == stop) || (b_to_a && b_to_a->stop == stop);
+}
+
 // Stopped by a timeout, a cancel or a limit of this process: a repetition may get further.
 bool was_cut_short(const Outcome& outcome) {
   const Stop stop = outcome.stop;
   if (stop == Stop::timeout || stop == Stop::cancelled || stop == Stop::budget) return true;
+  if (has_area_stop(outcome, AreaStop::timeout) || has_area_stop(outcome, AreaStop::cancelled) ||
+      has_area_stop(outcome, AreaStop::budget)) {
+    return true;
+  }
   return outcome.statistics && outcome.statistics->status != StatisticsStatus::complete;
 }
 
@@ -42,7 +52,7 @@ bool was_cut_short(const Outcome& outcome) {
 bool stopped_by_cancel(const Result<api::Comparison>& result) {
   if (!result) return result.error().code == ErrorCode::out_of_time;
   const Outcome& outcome = result->outcome;
-  return outcome.stop == Stop::cancelled ||
+  return outcome.stop == Stop::cancelled || has_area_stop(outcome, AreaStop::cancelled) ||
          (outcome.statistics && outcome.statistics->status == StatisticsStatus::cancelled);
 }
 

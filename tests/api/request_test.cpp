@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include <doctest/doctest.h>
 
@@ -141,6 +142,32 @@ TEST_CASE("request: statistics as a boolean or as an object of settings") {
   CHECK(refusal(R"({"statistics": {"samples": 2000.5}})").where == "/statistics/samples");
   CHECK(refusal(R"({"statistics": {"seed": -1}})").where == "/statistics/seed");
   CHECK(refusal(R"({"statistics": {"seed": 9007199254740992}})").where == "/statistics/seed");
+}
+
+TEST_CASE("request: questions about areas") {
+  CHECK(!parse_options("{}")->options.areas);
+  const auto parsed = parse_options(R"({"areas": {"beyond": [0.05, 1], "quantiles": [0.95], "mean": true,
+      "share_tolerance": 0.01, "length_tolerance": 0.1}})");
+  REQUIRE(parsed.ok());
+  const AreaOptions asked = parsed->options.areas.value();
+  REQUIRE(asked.beyond.size() == 2);
+  CHECK(asked.beyond[0].distance == 0.05);
+  CHECK(!asked.beyond[0].max_share);
+  CHECK(asked.quantiles == std::vector<double>{0.95});
+  CHECK(asked.mean);
+  CHECK(asked.share_tolerance == 0.01);
+  CHECK(asked.length_tolerance == 0.1);
+  CHECK(parse_options(R"({"areas": {"mean": true}})")->options.areas->share_tolerance == 0.001);
+  CHECK(refusal(R"({"areas": true})").where == "/areas");
+  CHECK(refusal(R"({"areas": {}})").message.find("beyond, quantiles or mean") != std::string::npos);
+  CHECK(refusal(R"({"areas": {"mean": false}})").where == "/areas");
+  CHECK(refusal(R"({"areas": {"beyond": []}})").where == "/areas/beyond");
+  CHECK(refusal(R"({"areas": {"beyond": 0.1}})").where == "/areas/beyond");
+  CHECK(refusal(R"({"areas": {"beyond": [0.1, -1]}})").where == "/areas/beyond/1");
+  CHECK(refusal(R"({"areas": {"beyond": [0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0]}})").where == "/areas/beyond");
+  CHECK(refusal(R"({"areas": {"quantiles": [1]}})").message.find("from 0.001 to 0.999") != std::string::npos);
+  CHECK(refusal(R"({"areas": {"mean": true, "share_tolerance": 0}})").where == "/areas/share_tolerance");
+  CHECK(refusal(R"({"areas": {"median": true}})").where == "/areas/median");
 }
 
 TEST_CASE("request: a service may set a lower timeout") {

@@ -191,6 +191,34 @@ TEST_CASE("response: statistics say that they are sampled, how, and how well") {
   CHECK(api::to_server_timing(comparison).find("certify;dur=0.000, statistics;dur=4.000, total") != std::string::npos);
 }
 
+TEST_CASE("response: certified areas, only where they were asked for") {
+  api::Comparison comparison = sample();
+  CHECK(!rendered(comparison).contains("areas"));
+  AreaOptions asked;
+  asked.beyond = {{0.5, std::nullopt}};
+  asked.quantiles = {0.95};
+  AreaBounds found;
+  found.beyond = {{0.25, 0.5}};
+  found.quantiles = {{1, 2}};
+  found.pieces = 12;
+  found.stop = AreaStop::precision_floor;
+  comparison.outcome.areas = AreaOutcome{asked, found, std::nullopt};
+  comparison.outcome.timings.areas = 3;
+  const json result = rendered(comparison);
+  CHECK(result["areas"] == json{{"certified", true},
+                                {"share_tolerance", 0.001},
+                                {"length_tolerance", 0.01},
+                                {"a_to_b",
+                                 {{"status", "precision_floor"},
+                                  {"pieces", 12},
+                                  {"beyond", {{{"distance", 0.5}, {"share", {{"lower", 0.25}, {"upper", 0.5}}}}}},
+                                  {"quantiles", {{{"share", 0.95}, {"distance", {{"lower", 1.0}, {"upper", 2.0}}}}}},
+                                  {"mean", nullptr},
+                                  {"rms", nullptr}}},
+                                {"b_to_a", nullptr}});
+  CHECK(result["timings_ms"]["areas"] == 3.0);
+}
+
 TEST_CASE("response: statistics without time are null, with the reason") {
   api::Comparison comparison = sample();
   comparison.outcome.statistics = Statistics{{}, std::nullopt, std::nullopt, StatisticsStatus::timeout};

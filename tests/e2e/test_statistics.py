@@ -142,6 +142,38 @@ class Statistics(ServerCase):
             self.refused(self.server.compare(options=options, extra=extra), 422, "idempotency-key-reused")
 
 
+AREAS = {"beyond": [0.5, 2], "quantiles": [0.95], "mean": True}
+
+
+class Areas(ServerCase):
+    def test_not_asked_for(self):
+        result = self.server.compare().json()
+        self.assertNotIn("areas", result)
+        self.assertNotIn("areas", result["timings_ms"])
+
+    def test_a_square_and_a_raised_one(self):
+        answer = self.server.compare(a=SQUARE, b=RAISED, options={"areas": AREAS})
+        self.assertEqual(answer.status, 200, answer.body)
+        result = answer.json()
+        self.assertIn("areas;dur=", answer.headers["server-timing"])
+        self.assertIs(result["areas"]["certified"], True)
+        for direction in ("a_to_b", "b_to_a"):
+            found = result["areas"][direction]
+            self.assertEqual(found["status"], "complete")
+            self.assertEqual([one["distance"] for one in found["beyond"]], AREAS["beyond"])
+            self.assertEqual(found["quantiles"][0]["share"], 0.95)
+            intervals = [one["share"] for one in found["beyond"]] + [found["quantiles"][0]["distance"], found["mean"], found["rms"]]
+            for interval in intervals:
+                self.assertLessEqual(interval["lower"], interval["upper"])
+            self.assertLessEqual(found["mean"]["lower"], found["rms"]["upper"])
+            self.assertLessEqual(found["rms"]["upper"], result["distance"]["upper"])
+
+    def test_what_is_refused(self):
+        for areas in (None, True, [], {}, {"beyond": []}, {"beyond": [-1]}, {"quantiles": [1]}, {"mean": False},
+                      {"mean": True, "share_tolerance": 0}, {"median": True}):
+            self.refused(self.server.compare(options={"areas": areas}), 422, "invalid-request")
+
+
 class Kept(unittest.TestCase):
     def test_a_result_is_as_it_was_after_a_kill(self):
         folder = tempfile.TemporaryDirectory()
@@ -176,6 +208,17 @@ class Cli(unittest.TestCase):
         document = json.loads(self.run_cli("--json", "--statistics", "--samples", "2000", "--seed", "3").stdout)
         validate(document, "Comparison")
         self.assertEqual(document["statistics"], sent["statistics"])
+
+    def test_areas_are_those_over_http(self):
+        server = Server()
+        self.addCleanup(server.stop)
+        asked = {"beyond": [0.001, 0.01], "quantiles": [0.95], "mean": True, "share_tolerance": 0.05, "length_tolerance": 0.1}
+        sent = server.compare(*(Path(path).read_bytes() for path in self.files), {"areas": asked}).json()
+        flags = ("--beyond", "0.001,0.01", "--quantiles", "0.95", "--mean", "--share-tolerance", "0.05", "--length-tolerance", "0.1")
+        self.assertEqual(json.loads(self.run_cli("--json", *flags).stdout)["areas"], sent["areas"])
+        table = self.run_cli(*flags).stdout
+        for words in ("certified a to b", "share beyond 0.001", "p95", "rms", ", areas "):
+            self.assertIn(words, table)
 
     def test_the_table(self):
         table = self.run_cli("--statistics").stdout

@@ -153,6 +153,14 @@ class Results(unittest.TestCase):
         self.assertIn(" .. ", repr(result))
         self.assertEqual(meshgauge.__version__, result.document["engine"]["version"])
 
+    def test_areas(self):
+        result = meshgauge.compare(SQUARE, RAISED, areas={"beyond": (0.5,), "quantiles": [0.5], "mean": True})
+        found = result.document["areas"]["a_to_b"]
+        self.assertEqual(found["beyond"][0]["distance"], 0.5)
+        self.assertLessEqual(found["mean"]["lower"], found["mean"]["upper"])
+        with self.assertRaisesRegex(meshgauge.InputError, "areas must be a mapping"):
+            meshgauge.compare(SQUARE, RAISED, areas=True)
+
     def test_a_timeout_leaves_an_interval(self):
         flat = shapes.grid(120), shapes.grid(127)
         result = meshgauge.compare(*flat, tolerance=0, strategy="four_point", timeout=0.2, threads=1)

@@ -15,6 +15,7 @@ export type Comparison = Schemas["Comparison"];
 export type Directed = Schemas["Directed"];
 export type Witness = Schemas["Witness"];
 export type MeshFacts = Schemas["MeshFacts"];
+export type AreaBounds = Schemas["AreaBounds"];
 export type Distribution = Schemas["Distribution"];
 export type Stage = Schemas["Stage"];
 export type Batch = Schemas["Batch"];

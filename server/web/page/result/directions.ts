@@ -1,5 +1,5 @@
 // The one-sided distances, each with its witness and statistics of the search.
-import type { Comparison, Directed, Distribution, Side } from "../api/types.js";
+import type { AreaBounds, Comparison, Directed, Distribution, Side } from "../api/types.js";
 import { facts, h } from "../dom.js";
 import { grouped, inPercent, intervalText, intervalWords, pointText, toDigits, withUnits } from "../text/numbers.js";
 import { unitsOf } from "../text/verdict.js";
@@ -8,12 +8,12 @@ export function directionsOf(result: Comparison): HTMLElement {
   return h(
     "div",
     { class: "columns" },
-    direction(result, "a", result.a_to_b, result.statistics?.a_to_b ?? null),
-    direction(result, "b", result.b_to_a, result.statistics?.b_to_a ?? null),
+    direction(result, "a", result.a_to_b, result.statistics?.a_to_b ?? null, result.areas?.a_to_b ?? null),
+    direction(result, "b", result.b_to_a, result.statistics?.b_to_a ?? null, result.areas?.b_to_a ?? null),
   );
 }
 
-function direction(result: Comparison, from: Side, directed: Directed | null, sampled: Distribution | null): HTMLElement {
+function direction(result: Comparison, from: Side, directed: Directed | null, sampled: Distribution | null, areas: AreaBounds | null): HTMLElement {
   const [one, other] = from === "a" ? ["A", "B"] : ["B", "A"];
   const title = h("h3", {}, `From ${one} to ${other}`);
   if (!directed) return h("div", {}, title, h("p", { class: "hint" }, "Not requested."));
@@ -27,6 +27,7 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
     smaller ? h("p", { class: "hint" }, "Searched only as far as it could be the larger of the two.") : null,
     directed.work.nearest_queries === 0 ? h("p", { class: "hint" }, unsearched(result, directed, one, other)) : null,
     directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other, units), ...searchFacts(directed)]),
+    areas ? certified(areas, units) : null,
     sampled ? samples(sampled, units) : null,
   );
 }
@@ -55,6 +56,29 @@ function searchFacts(directed: Directed): Facts {
     ["Culled at once", `${inPercent(culling.rate)} of ${grouped(culling.triangles)} triangles; ${grouped(culling.survivors)} were looked at closely`],
     ["Work", `${grouped(work.nearest_queries)} nearest points, ${grouped(work.triangle_tests)} triangle tests, ${grouped(work.subdivisions)} pieces split`],
   ];
+}
+
+function certified(areas: AreaBounds, units: string): HTMLElement {
+  const length = (one: { lower: number; upper: number | null }) => intervalWords(one.lower, one.upper, units);
+  return h(
+    "div",
+    { class: "sampled" },
+    h("h4", {}, "Of the area, certified"),
+    facts([
+      ...areas.beyond.map(({ distance, share }): [string, string] => [
+        `Farther than ${withUnits(String(distance), units)}`,
+        `${outwards(share.lower, Math.floor)} to ${outwards(share.upper ?? 1, Math.ceil)} %`,
+      ]),
+      ...areas.quantiles.map(({ share, distance }): [string, string] => [`${toDigits(100 * share, 4)} % are within`, length(distance)]),
+      ...(areas.mean ? [["Mean", length(areas.mean)] as [string, string]] : []),
+      ...(areas.rms ? [["Root mean square", length(areas.rms)] as [string, string]] : []),
+    ]),
+  );
+}
+
+/** A share in percent with three decimals, rounded outwards. */
+function outwards(share: number, round: (x: number) => number): string {
+  return (round(share * 1e5) / 1e3).toFixed(3);
 }
 
 function samples(sampled: Distribution, units: string): HTMLElement {

@@ -12,6 +12,7 @@ const running: Record<NonNullable<Stage>, string> = {
   traverse: "Ruling out triangles that cannot matter",
   reduce: "Splitting the triangles that are left",
   certify: "Certifying the interval",
+  areas: "Certifying shares of the area",
   statistics: "Sampling the surface",
 };
 
@@ -29,6 +30,7 @@ const labels: [keyof Timings, string][] = [
   ["traverse", "Traversal"],
   ["reduce", "Reduction"],
   ["certify", "Certificate"],
+  ["areas", "Areas"],
   ["statistics", "Statistics"],
 ];
 
