@@ -269,10 +269,10 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--simd", flags->simd, "Instruction set: " + api::simd_names())->capture_default_str();
   command.add_option("--beyond", flags->beyond, "Certify the share of the area beyond these distances: 0.05,0.1")
       ->delimiter(',')
-      ->expected(1);
+      ->allow_extra_args(false);
   command.add_option("--quantiles", flags->quantiles, "Certify the distances that these shares are within: 0.95,0.99")
       ->delimiter(',')
-      ->expected(1);
+      ->allow_extra_args(false);
   command.add_flag("--mean", flags->mean, "Certify the mean and the root mean square of the distance");
   command.add_option("--share-tolerance", flags->share_tolerance, "Width of a certified share; else 0.001");
   command.add_option("--length-tolerance", flags->length_tolerance,

@@ -142,7 +142,7 @@ class Statistics(ServerCase):
             self.refused(self.server.compare(options=options, extra=extra), 422, "idempotency-key-reused")
 
 
-AREAS = {"beyond": [0.5, 2], "quantiles": [0.95], "mean": True}
+AREAS = {"beyond": [0.5, 3], "quantiles": [0.95], "mean": True}
 
 
 class Areas(ServerCase):
@@ -213,8 +213,8 @@ class Cli(unittest.TestCase):
         server = Server()
         self.addCleanup(server.stop)
         asked = {"beyond": [0.001, 0.01], "quantiles": [0.95], "mean": True, "share_tolerance": 0.05, "length_tolerance": 0.1}
-        sent = server.compare(*(Path(path).read_bytes() for path in self.files), {"areas": asked}).json()
-        flags = ("--beyond", "0.001,0.01", "--quantiles", "0.95", "--mean", "--share-tolerance", "0.05", "--length-tolerance", "0.1")
+        sent = server.compare(*(Path(path).read_bytes() for path in self.files), {"areas": asked, "threads": 1}).json()
+        flags = ("--threads", "1", "--beyond", "0.001,0.01", "--quantiles", "0.95", "--mean", "--share-tolerance", "0.05", "--length-tolerance", "0.1")
         self.assertEqual(json.loads(self.run_cli("--json", *flags).stdout)["areas"], sent["areas"])
         table = self.run_cli(*flags).stdout
         for words in ("certified a to b", "share beyond 0.001", "p95", "rms", ", areas "):
