@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "api/decimal.h"
 #include "api/names.h"
 #include "api/with_unit.h"
 
@@ -25,14 +26,14 @@ std::string length_range(const AreaInterval& length) {
   return text;
 }
 
-std::string area_line(const std::string& what, const std::string& value) {
-  return "  " + what + std::string(what.size() < 24 ? 24 - what.size() : 1, ' ') + value + "\n";
+std::string percentile(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "p%.15g", 100 * share);  // 7, where 100 * 0.07 is a little more
+  return text;
 }
 
-std::string shown_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+std::string area_line(const std::string& what, const std::string& value) {
+  return "  " + what + std::string(what.size() < 24 ? 24 - what.size() : 1, ' ') + value + "\n";
 }
 
 std::string area_lines(const char* name, const std::optional<AreaBounds>& found, const AreaOptions& asked,
@@ -41,10 +42,10 @@ std::string area_lines(const char* name, const std::optional<AreaBounds>& found,
   std::string out = std::string("certified ") + name + ": by area, lower .. upper" +
                     (unit ? api::with_unit(", in", unit) : "") + "\n";
   for (std::size_t k = 0; k < found->beyond.size(); ++k) {
-    out += area_line("share beyond " + shown_number(asked.beyond[k].distance), percent_range(found->beyond[k]));
+    out += area_line("share beyond " + api::shortest(asked.beyond[k].distance), percent_range(found->beyond[k]));
   }
   for (std::size_t q = 0; q < found->quantiles.size(); ++q) {
-    out += area_line("p" + shown_number(100 * asked.quantiles[q]), length_range(found->quantiles[q]));
+    out += area_line(percentile(asked.quantiles[q]), length_range(found->quantiles[q]));
   }
   if (found->mean) out += area_line("mean", length_range(*found->mean));
   if (found->rms) out += area_line("rms", length_range(*found->rms));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/area/quantile.h"
+#include "engine/mesh_index.h"
 #include "engine/rounding.h"
 
 namespace meshgauge {
@@ -14,8 +15,10 @@ namespace {
 
 constexpr std::size_t kVerticesATask = 256;
 constexpr std::size_t kTrianglesATask = 64;
-constexpr std::size_t kTasksABatch = 1024;  // of triangles, between two steps that keep what was found
+constexpr std::size_t kTasksABatch = 64;    // of triangles, between two steps that keep what was found
+constexpr std::size_t kTasksAGrowth = 256;  // of vertices, for which memory is touched at once
 constexpr std::size_t kPartsATask = 16;
+constexpr std::size_t kMostChosen = std::size_t{1} << 15;  // parts refined in one round
 constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
 constexpr double kChosenShare = 0.6;      // of all contributions, refined in one round
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
@@ -34,6 +37,12 @@ bool is_decided(const AreaOptions::Beyond& beyond, const AreaInterval& share) {
   return beyond.max_share && (share.upper <= *beyond.max_share || share.lower > *beyond.max_share);
 }
 
+// A chosen part, refined.
+struct Refined {
+  Part first, second;
+  bool is_split = false;
+};
+
 std::size_t tasks_for(std::size_t count, std::size_t each) { return (count + each - 1) / each; }
 
 }  // namespace
@@ -49,7 +58,7 @@ AreaSearch::AreaSearch(const AreaDirection& direction)
   for (const auto& beyond : asked_.beyond) {
     limits_.push_back(
         {rounding::scale_down(beyond.distance, -exponent), rounding::scale_up(beyond.distance, -exponent)});
-    known_.beyond.push_back({0, limits_.back().down >= in_.most ? 0.0 : 1.0});
+    known_.beyond.push_back({0, beyond.distance >= in_.upper ? 0.0 : 1.0});
   }
   known_.quantiles.assign(asked_.quantiles.size(), {0, in_.most});
   if (asked_.mean) known_.mean = known_.rms = AreaInterval{0, in_.most};
@@ -65,54 +74,64 @@ AreaBounds AreaSearch::run() {
 }
 
 AreaStop AreaSearch::narrow() {
-  for (std::size_t t = 0; t < in_.from.triangles.size(); ++t) {
-    const AreaWeights::Weight w = weights_.of(t);
-    area_.weight += w.weight;
-    area_.error += w.error;
-  }
+  if (!weigh()) return interrupted();
   if (area_.none()) return AreaStop::no_area;
+  if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
   if (!measure_vertices()) return interrupted();
-  const bool is_whole = bound_triangles();
+  const std::optional<AreaStop> ended = bound_triangles();
+  if (ended && *ended != AreaStop::budget) return *ended;
   for (;;) {
-    update();
+    if (!update()) return interrupted();
     in_.tell();
-    if (!is_whole) return over_budget() ? AreaStop::budget : interrupted();
+    if (ended) return *ended;
     const Demand wanted = demand();
     if (wanted.met()) return AreaStop::complete;
     if (over_budget()) return AreaStop::budget;
     const std::vector<std::size_t> chosen = choose(wanted);
+    if (stop_()) return interrupted();
     if (chosen.empty()) return AreaStop::precision_floor;
     if (!refine(chosen)) return interrupted();
   }
 }
 
+// False, as of the functions below: interrupted.
+bool AreaSearch::weigh() {
+  return each_unless(stop_, in_.from.triangles.size(), [&](std::size_t t) {
+    const AreaWeights::Weight w = weights_.of(t);
+    area_.weight += w.weight;
+    area_.error += w.error;
+  });
+}
+
 // A chunk of vertices starts without a hint, so that the distances do not depend on the threads.
 bool AreaSearch::measure_vertices() {
   const std::size_t count = in_.from.positions.size();
-  corners_.resize(count);
+  corners_.reserve(count);
   std::atomic<bool> stopped{false};
-  in_.pool.run(tasks_for(count, kVerticesATask), [&](std::size_t, std::size_t task) {
-    if (stopped || stop_()) stopped = true;
-    Work work;
-    std::uint32_t hint = Nearest::kNone;
-    for (std::size_t v = task * kVerticesATask; v < std::min(count, (task + 1) * kVerticesATask) && !stopped; ++v) {
-      corners_[v] = nearest_corner(in_.to, in_.from.positions[v], work, &stop_, hint);
-      hint = corners_[v].slot;
-      if (!corners_[v].complete) stopped = true;
-    }
-  });
+  for (std::size_t begin = 0; begin < count && !stopped; begin = corners_.size()) {
+    corners_.resize(std::min(count, begin + kTasksAGrowth * kVerticesATask));
+    in_.pool.run(tasks_for(corners_.size() - begin, kVerticesATask), [&](std::size_t, std::size_t task) {
+      if (stopped || stop_()) stopped = true;
+      Work work;
+      std::uint32_t hint = Nearest::kNone;
+      const std::size_t first = begin + task * kVerticesATask;
+      for (std::size_t v = first; v < std::min(corners_.size(), first + kVerticesATask) && !stopped; ++v) {
+        corners_[v] = nearest_corner(in_.to, in_.from.positions[v], work, &stop_, hint);
+        hint = corners_[v].slot;
+        if (!corners_[v].complete) stopped = true;
+      }
+    });
+  }
   return !stopped;
 }
 
-// False: interrupted or over budget; the triangles that are left count as not visited.
-bool AreaSearch::bound_triangles() {
+// nullopt: all triangles are bounded. After `budget`, those that are left have the distance [0, most].
+std::optional<AreaStop> AreaSearch::bound_triangles() {
   const std::size_t count = in_.from.triangles.size();
   std::vector<Part> parts;
   for (std::size_t begin = 0; begin < count; begin += kTasksABatch * kTrianglesATask) {
-    if (stop_() || over_budget()) {
-      close_unvisited(begin);
-      return false;
-    }
+    if (stop_()) return interrupted();
+    if (over_budget()) return close_unvisited(begin) ? AreaStop::budget : interrupted();
     const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
     parts.resize(end - begin);
     in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t, std::size_t task) {
@@ -122,7 +141,7 @@ bool AreaSearch::bound_triangles() {
     for (const Part& part : parts) is_closed(part) ? close(part) : open_.push_back(part);
   }
   corners_ = {};
-  return true;
+  return std::nullopt;
 }
 
 void AreaSearch::take_triangle(std::size_t triangle, Part& part) {
@@ -130,12 +149,14 @@ void AreaSearch::take_triangle(std::size_t triangle, Part& part) {
   part = bounder_.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight);
 }
 
-void AreaSearch::close_unvisited(std::size_t begin) {
+bool AreaSearch::close_unvisited(std::size_t begin) {
+  const std::size_t count = in_.from.triangles.size() - begin;
   Part part;
   part.enclosure.high = {in_.most, in_.most, in_.most};
-  for (std::size_t t = begin; t < in_.from.triangles.size(); ++t) part.weight += weights_.of(t).weight;
-  area_.terms += in_.from.triangles.size() - begin;
+  if (!each_unless(stop_, count, [&](std::size_t t) { part.weight += weights_.of(begin + t).weight; })) return false;
+  area_.terms += count;
   close(part);
+  return true;
 }
 
 void AreaSearch::close(const Part& part) {
@@ -173,15 +194,17 @@ bool AreaSearch::is_closed(const Part& part) const {
   });
 }
 
-void AreaSearch::update() {
+bool AreaSearch::update() {
   std::vector<ShareSum> shares = closed_shares_;
   MeanSum means = closed_means_;
-  for (const Part& part : open_) {
+  const bool is_whole = each_unless(stop_, open_.size(), [&](std::size_t i) {
+    const Part& part = open_[i];
     for (std::size_t k = 0; k < limits_.size(); ++k) {
       shares[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
     }
     if (asked_.mean) means.add(part.enclosure, part.weight);
-  }
+  });
+  if (!is_whole) return false;
   TotalArea area = area_;
   area.terms += open_.size() + in_.from.triangles.size();
   for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -193,16 +216,18 @@ void AreaSearch::update() {
     known_.rms->lower = std::max(known_.rms->lower, known_.mean->lower);
     known_.mean->upper = std::min(known_.mean->upper, known_.rms->upper);
   }
-  if (!asked_.quantiles.empty()) update_quantiles(area);
+  return update_quantiles(area);
 }
 
-void AreaSearch::update_quantiles(const TotalArea& area) {
-  std::vector<WeightedEnclosure> parts = closed_;
-  for (const Part& part : open_) parts.push_back({part.enclosure, part.weight});
+bool AreaSearch::update_quantiles(const TotalArea& area) {
   for (std::size_t q = 0; q < asked_.quantiles.size(); ++q) {
     AreaInterval& known = known_.quantiles[q];
-    known = quantile(asked_.quantiles[q], area, parts, known, kResolution * tolerance_of(known.lower));
+    const double resolution = kResolution * tolerance_of(known.lower);
+    const auto found = quantile(asked_.quantiles[q], area, {closed_, open_}, known, resolution, stop_);
+    if (!found) return false;
+    known = *found;
   }
+  return true;
 }
 
 AreaSearch::Demand AreaSearch::demand() const {
@@ -232,11 +257,12 @@ void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) cons
   if (width <= tolerance) return;
   const std::array at{known.lower, known.lower + width / 2, known.upper};
   double sum = 0;
-  for (const Part& part : open_) {
+  each_unless(stop_, open_.size(), [&](std::size_t i) {
+    const Part& part = open_[i];
     for (const double t : at) {
       sum += part.weight * (share_beyond(part.enclosure.high, t) - share_beyond(part.enclosure.low, t));
     }
-  }
+  });
   const double scale = sum > 0 ? width / tolerance * area_.weight / sum : 1;
   for (const double t : at) demand.probes.push_back({t, t, scale});
 }
@@ -264,27 +290,31 @@ std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
     return true;
   });
   double total = 0;
-  for (const Part& part : open_) {
-    const double wanted = contribution(part, demand) / area_.weight;
+  bins.reserve(open_.size());
+  each_unless(stop_, open_.size(), [&](std::size_t i) {
+    const double wanted = contribution(open_[i], demand) / area_.weight;
     bins.push_back(wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins);
     if (wanted > 0) sums[static_cast<std::size_t>(bins.back())] += wanted;
     total += wanted;
-  }
+  });
   int last = -1;
   for (double sum = 0; last + 1 < kBins && sum < kChosenShare * total;) sum += sums[static_cast<std::size_t>(++last)];
   std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < bins.size(); ++i) {
+  for (std::size_t i = 0; i < bins.size() && chosen.size() < most_chosen(); ++i) {
     if (bins[i] <= last) chosen.push_back(i);
   }
   return chosen;
 }
 
+// Within what is left of the work items, and an eighth of the memory.
+std::size_t AreaSearch::most_chosen() const {
+  const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
+  const std::size_t fit = in_.options.max_memory_bytes / 8 / sizeof(Refined);
+  return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
+}
+
 // Gives each chosen part a lower function, or else bisects it. False: interrupted, and nothing has changed.
 bool AreaSearch::refine(const std::vector<std::size_t>& chosen) {
-  struct Refined {
-    Part first, second;
-    bool is_split = false;
-  };
   std::vector<Refined> found(chosen.size());
   std::atomic<bool> stopped{false};
   std::vector<Work> works(in_.pool.size());
@@ -312,10 +342,13 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen) {
   return true;
 }
 
+// Whether a round could need too much: what is held, lists that double while the old ones are there, and what
+// choose() and quantile() note of each part.
 bool AreaSearch::over_budget() const {
-  constexpr std::size_t kCopies = 3;  // while a round refines them
-  return kCopies * open_.size() * sizeof(Part) + closed_.size() * sizeof(WeightedEnclosure) >
-             in_.options.max_memory_bytes ||
+  constexpr std::size_t kCopies = 3, kNotes = 64;
+  const std::size_t open = open_.size() * (kCopies * sizeof(Part) + kNotes);
+  const std::size_t closed = closed_.size() * (kCopies * sizeof(WeightedEnclosure) + kNotes);
+  return bytes_of(corners_) + open + closed > in_.options.max_memory_bytes ||
          work_.subdivisions >= in_.options.max_work_items;
 }
 

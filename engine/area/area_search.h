@@ -5,7 +5,7 @@
 //  2. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
 //     that contribute most to the widths get a lower function or are bisected.
 //
-// The intervals hold after each round, and while the first phase runs: what is not visited has the distance [0, most].
+// The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
 // Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
 // number of threads.
 #pragma once
@@ -21,6 +21,7 @@
 #include "engine/area/totals.h"
 #include "engine/area/weights.h"
 #include "engine/control.h"
+#include "engine/large_array.h"
 #include "engine/options.h"
 #include "engine/ordered_mesh.h"
 #include "engine/thread_pool.h"
@@ -34,9 +35,10 @@ struct AreaDirection {
   const Frame& frame;
   const Options& options;  // areas, max_memory_bytes, max_work_items
   double most;             // upper bound of the distance of every point of `from`
+  double upper;            // the same in the meshes' unit
   double error;            // as in PartBounder
   ThreadPool& pool;
-  Control& control;                   // polled every 0.1 ms of work
+  Control& control;                   // polled every few milliseconds
   const std::function<void()>& tell;  // called between rounds, to report progress
 };
 
@@ -64,21 +66,23 @@ class AreaSearch {
     double down, up;
   };
 
+  bool weigh();
   bool measure_vertices();
-  bool bound_triangles();
+  std::optional<AreaStop> bound_triangles();
   void take_triangle(std::size_t triangle, Part& part);
   AreaStop narrow();
-  void update();
-  void update_quantiles(const TotalArea& area);
+  bool update();
+  bool update_quantiles(const TotalArea& area);
   Demand demand() const;
   void demand_quantile(const AreaInterval& known, Demand& demand) const;
   double contribution(const Part& part, const Demand& demand) const;
   double tolerance_of(double length) const;
   bool is_closed(const Part& part) const;
   void close(const Part& part);
-  void close_unvisited(std::size_t begin);
+  bool close_unvisited(std::size_t begin);
   bool refine(const std::vector<std::size_t>& chosen);
   std::vector<std::size_t> choose(const Demand& demand);
+  std::size_t most_chosen() const;
   bool over_budget() const;
   AreaStop interrupted() const;
   AreaBounds result(AreaStop stop) const;
@@ -88,8 +92,8 @@ class AreaSearch {
   const PartBounder bounder_;
   const AreaWeights weights_;
   const Interrupted stop_;
-  std::vector<Limit> limits_;    // AreaOptions::beyond in frame units
-  std::vector<Corner> corners_;  // by vertex of A
+  std::vector<Limit> limits_;   // AreaOptions::beyond in frame units
+  LargeArray<Corner> corners_;  // by vertex of A
   TotalArea area_;
 
   std::vector<Part> open_;

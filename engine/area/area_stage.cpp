@@ -10,10 +10,12 @@
 namespace meshgauge {
 namespace {
 
-// Rounded up. Beyond the frame's size, every length is as good as any other.
+// The squares of longer lengths could overflow. Distances in a frame are below 4; an error, or the upper bound with it,
+// is longer where the exact meshes are larger than their rounded ones.
+constexpr double kLongest = 4;
+
 double length_to_frame_up(const Frame& frame, double length) {
-  const double nearest = frame.length_to_frame(length);
-  return std::min(std::nextafter(nearest, std::numeric_limits<double>::infinity()), 4.0);
+  return std::nextafter(frame.length_to_frame(length), std::numeric_limits<double>::infinity());
 }
 
 // The intervals before any work.
@@ -26,8 +28,11 @@ AreaBounds nothing_known(const AreaOptions& asked, double upper, AreaStop stop) 
   return bounds;
 }
 
-// No length exceeds the certified bound of all distances; rounding it for the frame may have.
-AreaBounds within(double upper, AreaBounds bounds) {
+// Nothing is beyond the certified bound of all distances, and no length exceeds it; rounding it for the frame may have.
+AreaBounds within(double upper, const AreaOptions& asked, AreaBounds bounds) {
+  for (std::size_t k = 0; k < asked.beyond.size(); ++k) {
+    if (asked.beyond[k].distance >= upper) bounds.beyond[k] = {0, 0};
+  }
   for (AreaInterval& q : bounds.quantiles) q.upper = std::min(q.upper, upper);
   if (bounds.mean) bounds.mean->upper = std::min(bounds.mean->upper, upper);
   if (bounds.rms) bounds.rms->upper = std::min(bounds.rms->upper, upper);
@@ -37,6 +42,7 @@ AreaBounds within(double upper, AreaBounds bounds) {
 AreaBounds bounds_of(const MeasuredDirection& direction, const MeasuredPair& pair, const Options& options,
                      ThreadPool& pool, Control& control, const std::function<void()>& tell) {
   const double upper = direction.result.bounds.upper;
+  if (upper == 0) return nothing_known(*options.areas, 0, AreaStop::complete);
   try {
     const OrderedMesh* from = direction.from.framed->order(control, pool);
     const Bvh* to = from ? direction.to.framed->tree(control, pool) : nullptr;
@@ -46,7 +52,9 @@ AreaBounds bounds_of(const MeasuredDirection& direction, const MeasuredPair& pai
     }
     const double error = pair.error.value() > 0 ? length_to_frame_up(pair.frame, pair.error.value()) : 0;
     const double most = length_to_frame_up(pair.frame, upper);
-    return within(upper, AreaSearch({*from, *to, pair.frame, options, most, error, pool, control, tell}).run());
+    if (!(most <= kLongest && error <= kLongest))
+      return nothing_known(*options.areas, upper, AreaStop::precision_floor);
+    return AreaSearch({*from, *to, pair.frame, options, most, upper, error, pool, control, tell}).run();
   } catch (const std::bad_alloc&) {
     return nothing_known(*options.areas, upper, AreaStop::budget);
   }
@@ -59,7 +67,8 @@ void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& po
   found.options = *options.areas;
   for (const MeasuredDirection& direction : pair.directions) {
     auto& bounds = &direction.from == &pair.a ? found.a_to_b : found.b_to_a;
-    bounds = bounds_of(direction, pair, options, pool, control, tell);
+    bounds =
+        within(direction.result.bounds.upper, *options.areas, bounds_of(direction, pair, options, pool, control, tell));
   }
 }
 

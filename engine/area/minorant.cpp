@@ -161,6 +161,7 @@ std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>
   Polling polling(stop, work.triangle_tests);
   std::array<WalkEntry, kMaxStack> stack;
   std::size_t size = 0;
+  std::uint64_t boxes = 0;
   stack[size++] = {0, Bvh::kRoot};
   while (size > 0 && minorant.most() > 0) {
     const WalkEntry entry = stack[--size];
@@ -168,12 +169,14 @@ std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>
     if (entry.distance_sq > near_limit(reach * reach)) continue;
     if (!(entry.child & WideNode::kLeaf)) {
       size = push_children(to.nodes()[entry.child], minorant, stack.data(), size);
+      boxes += kLanes;
+      if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
       continue;
     }
     const std::uint32_t block = entry.child & ~WideNode::kLeaf;
     for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) minorant.add(t);
     work.triangle_tests += kTestsOfOne * kLanes;
-    if (polling.poll(work.triangle_tests)) return std::nullopt;
+    if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
   }
   return minorant.most() > 0 ? minorant.values() : Linear{};
 }

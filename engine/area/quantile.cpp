@@ -1,7 +1,10 @@
 #include "engine/area/quantile.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
+#include "engine/mesh_index.h"
 #include "engine/rounding.h"
 
 namespace meshgauge {
@@ -15,15 +18,29 @@ struct Weighted {
 double least(const Linear& f) { return std::min({f[0], f[1], f[2]}); }
 double most(const Linear& f) { return std::max({f[0], f[1], f[2]}); }
 
-// Bisects `bracket` where is_beyond(sum of weight * share beyond t) changes from true to false.
+// One function of each part.
+template <class FunctionOf>
+std::optional<std::vector<Weighted>> weighted(const AllParts& parts, const Interrupted& stop, const FunctionOf& of) {
+  std::vector<Weighted> items;
+  items.reserve(parts.closed.size() + parts.open.size());
+  const auto add = [&](const auto& part) { items.push_back({of(part.enclosure), part.weight}); };
+  if (!each_unless(stop, parts.closed.size(), [&](std::size_t i) { add(parts.closed[i]); })) return std::nullopt;
+  if (!each_unless(stop, parts.open.size(), [&](std::size_t i) { add(parts.open[i]); })) return std::nullopt;
+  return items;
+}
+
+// Bisects `bracket` where is_beyond(sum of weight * share beyond t) changes from true to false. nullopt: interrupted.
 template <class IsBeyond>
-AreaInterval bisect(std::vector<Weighted>& items, AreaInterval bracket, double resolution, const IsBeyond& is_beyond) {
+std::optional<AreaInterval> bisect(std::vector<Weighted> items, AreaInterval bracket, double resolution,
+                                   const Interrupted& stop, const IsBeyond& is_beyond) {
   double above = 0;
   while (bracket.upper - bracket.lower > resolution) {
     const double t = bracket.lower + (bracket.upper - bracket.lower) / 2;
     if (!(t > bracket.lower && t < bracket.upper)) break;
     double sum = above;
-    for (const Weighted& item : items) sum += item.weight * share_beyond(item.values, t);
+    if (!each_unless(stop, items.size(),
+                     [&](std::size_t i) { sum += items[i].weight * share_beyond(items[i].values, t); }))
+      return std::nullopt;
     if (is_beyond(sum)) {
       bracket.lower = t;
       std::erase_if(items, [&](const Weighted& item) { return most(item.values) <= t; });
@@ -41,21 +58,21 @@ AreaInterval bisect(std::vector<Weighted>& items, AreaInterval bracket, double r
 
 }  // namespace
 
-AreaInterval quantile(double p, const TotalArea& area, const std::vector<WeightedEnclosure>& parts,
-                      const AreaInterval& known, double resolution) {
+std::optional<AreaInterval> quantile(double p, const TotalArea& area, const AllParts& parts, const AreaInterval& known,
+                                     double resolution, const Interrupted& stop) {
   constexpr double kRound = 2 * rounding::kUnit;  // of 1 - p
-  std::vector<Weighted> items;
-  items.reserve(parts.size());
   const auto share = [&](double sum) { return area.share({sum, sum, false, false}); };
-  for (const WeightedEnclosure& part : parts) items.push_back({part.enclosure.high, part.weight});
-  const double upper =
-      bisect(items, known, resolution, [&](double sum) { return !(share(sum).upper <= 1 - p - kRound); }).upper;
-  items.clear();
-  for (const WeightedEnclosure& part : parts) items.push_back({part.enclosure.low, part.weight});
-  const double lower = bisect(items, {known.lower, upper}, resolution, [&](double sum) {
-                         return share(sum).lower > 1 - p + kRound;
-                       }).lower;
-  return {lower, upper};
+  auto highs = weighted(parts, stop, [](const Enclosure& enclosure) { return enclosure.high; });
+  if (!highs) return std::nullopt;
+  const auto above = bisect(*std::move(highs), known, resolution, stop,
+                            [&](double sum) { return !(share(sum).upper <= 1 - p - kRound); });
+  if (!above) return std::nullopt;
+  auto lows = weighted(parts, stop, [](const Enclosure& enclosure) { return enclosure.low; });
+  if (!lows) return std::nullopt;
+  const auto below = bisect(*std::move(lows), {known.lower, above->upper}, resolution, stop,
+                            [&](double sum) { return share(sum).lower > 1 - p + kRound; });
+  if (!below) return std::nullopt;
+  return AreaInterval{below->lower, above->upper};
 }
 
 }  // namespace meshgauge

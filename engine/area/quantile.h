@@ -1,19 +1,27 @@
 // Certified quantiles of the distance over A.
 #pragma once
 
-#include <cstddef>
-#include <vector>
+#include <optional>
+#include <span>
 
+#include "engine/area/part.h"
 #include "engine/area/totals.h"
+#include "engine/control.h"
 
 namespace meshgauge {
 
+// All parts of A.
+struct AllParts {
+  std::span<const WeightedEnclosure> closed;
+  std::span<const Part> open;
+};
+
 // Returns an interval within `known`, a certified interval of it, that holds the smallest distance that the share p of
-// the area is within. `parts` are all parts of A. Its ends are sought to `resolution`.
+// the area is within. Its ends are sought to `resolution`. nullopt: `stop` returned true.
 //
 // Statement. Let S(t) be the share of the area beyond t. If S(t) <= 1 - p, the quantile is at most t; if S(t) > 1 - p,
 // it is at least t. So each t with a certified bound of S(t) on one side of 1 - p gives an end.
-AreaInterval quantile(double p, const TotalArea& area, const std::vector<WeightedEnclosure>& parts,
-                      const AreaInterval& known, double resolution);
+std::optional<AreaInterval> quantile(double p, const TotalArea& area, const AllParts& parts, const AreaInterval& known,
+                                     double resolution, const Interrupted& stop);
 
 }  // namespace meshgauge

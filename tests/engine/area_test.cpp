@@ -7,8 +7,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include "engine/hausdorff.h"
+#include "engine/prepared.h"
 #include "same_outcome.h"
 #include "shapes.h"
 
@@ -216,4 +219,58 @@ TEST_CASE("area: the interval of the distance does not depend on it") {
   CHECK(same_bits(plain.lower, with.lower));
   CHECK(same_bits(plain.upper, with.upper));
   CHECK(with.areas->b_to_a);
+}
+
+TEST_CASE("area: of equal meshes nothing is beyond 0") {
+  const AreaBounds found = from_a(tilted(), tilted(), everything({0}));
+  CHECK(found.stop == AreaStop::complete);
+  CHECK(found.beyond[0].upper == 0);
+  CHECK(found.quantiles[2].upper == 0);
+  CHECK(found.rms->upper == 0);
+}
+
+TEST_CASE("area: the certified bound of all distances decides a limit of the same value") {
+  const Mesh a = shapes::moved(plane(), {0, 0, 0.1});
+  Control control;
+  const double upper = measured(a, plane(), everything({1}), control).a_to_b->bounds.upper;
+  CHECK(from_a(a, plane(), everything({upper})).beyond[0].upper == 0);
+}
+
+TEST_CASE("area: where rounding may have moved a surface farther than it is wide, nothing is said of its areas") {
+  const Mesh a{{{1e17, 1e17, 1e17}, {1e17, 1e17, 1e17}, {1e17, 1e17, 1e17}}, {{0, 1, 2}}};
+  Options options;
+  options.areas = everything({10});
+  Control control;
+  const auto moved = [&a] { return Prepared(a, Prepared::Use::once, nullptr, std::nullopt, 1000); };
+  const Outcome outcome = measure(moved(), moved(), options, control);
+  const AreaBounds& found = outcome.areas->a_to_b.value();
+  REQUIRE(outcome.a_to_b->bounds.upper >= 2000);  // the exact surfaces may be so far apart
+  CHECK(found.stop == AreaStop::precision_floor);
+  CHECK(found.beyond[0].upper == 1);
+  CHECK(found.quantiles[0].upper >= 2000);
+  CHECK(found.mean->upper >= 2000);
+}
+
+TEST_CASE("area: intervals hold with little memory and few work items") {
+  const Mesh a = shapes::sphere(12), b = shapes::cube();
+  const AreaBounds whole = from_a(a, b, everything({0.25}));
+  REQUIRE(whole.stop == AreaStop::complete);
+  const auto meets = [](const AreaInterval& x, const AreaInterval& y) {
+    return x.lower <= y.upper && y.lower <= x.upper && x.upper - x.lower >= y.upper - y.lower;
+  };
+  constexpr std::size_t kPlenty = std::size_t{1} << 29;
+  for (const auto& [memory, items] :
+       {std::pair<std::size_t, std::size_t>{1, kPlenty}, {300'000, kPlenty}, {kPlenty, 5}}) {
+    Options options;
+    options.direction = Direction::a_to_b;
+    options.areas = everything({0.25});
+    options.max_memory_bytes = memory;
+    options.max_work_items = items;
+    Control control;
+    const AreaBounds found = measure(a, b, options, control).areas->a_to_b.value();
+    CHECK(found.stop == AreaStop::budget);
+    CHECK(meets(found.beyond[0], whole.beyond[0]));
+    CHECK(meets(found.quantiles[1], whole.quantiles[1]));
+    CHECK(meets(*found.mean, *whole.mean));
+  }
 }

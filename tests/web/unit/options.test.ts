@@ -78,6 +78,12 @@ test("the form that leads to a result asks for the same", () => {
   for (const result of results) assert.deepEqual(buildOptions(valuesOf(result)).options, optionsOf(result));
 });
 
+test("a result states the certified areas that were asked for", () => {
+  const found = { status: "complete" as const, pieces: 2, beyond: [{ distance: 0.1, share: { lower: 0, upper: 0.5 } }], quantiles: [], mean: null, rms: null };
+  const areas = { certified: true, share_tolerance: 0.001, length_tolerance: 0.02, a_to_b: null, b_to_a: found };
+  assert.deepEqual(optionsOf(comparison({ areas })).areas, { beyond: [0.1], share_tolerance: 0.001, length_tolerance: 0.02 });
+});
+
 test("formats by name", () => {
   const names = ["a.STL", "b.obj.gz", "c.gltf", "d.png", "noname", ".gz", "x.3mf"];
   assert.deepEqual(names.map(formatOf), ["STL", "OBJ, gzip-compressed", "glTF", null, null, null, "3MF"]);

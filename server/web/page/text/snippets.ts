@@ -31,7 +31,20 @@ export function optionsOf(result: Comparison): Options {
     ...(usual ? {} : { tolerance: tolerance.asked }),
     ...(engine.strategy === "auto" ? {} : { strategy: engine.strategy }),
     ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
+    ...(result.areas ? { areas: areasAsked(result.areas) } : {}),
     ...(result.statistics ? { statistics: true } : {}),
+  };
+}
+
+function areasAsked(areas: NonNullable<Comparison["areas"]>): NonNullable<Options["areas"]> {
+  const { share_tolerance, length_tolerance } = areas, found = areas.a_to_b ?? areas.b_to_a;
+  const beyond = found?.beyond.map(({ distance }) => distance) ?? [], quantiles = found?.quantiles.map(({ share }) => share) ?? [];
+  return {
+    ...(beyond.length ? { beyond } : {}),
+    ...(quantiles.length ? { quantiles } : {}),
+    ...(found?.mean ? { mean: true } : {}),
+    share_tolerance,
+    length_tolerance,
   };
 }
 
