@@ -342,12 +342,11 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen) {
   return true;
 }
 
-// Whether a round could need too much: what is held, lists that double while the old ones are there, and what
-// choose() and quantile() note of each part.
+// Whether a round could need too much: what is held, with what choose() and quantile() note of each part.
 bool AreaSearch::over_budget() const {
-  constexpr std::size_t kCopies = 3, kNotes = 64;
-  const std::size_t open = open_.size() * (kCopies * sizeof(Part) + kNotes);
-  const std::size_t closed = closed_.size() * (kCopies * sizeof(WeightedEnclosure) + kNotes);
+  constexpr std::size_t kNotes = 80;  // also for the blocks of a deque
+  const std::size_t open = open_.size() * (sizeof(Part) + kNotes);
+  const std::size_t closed = closed_.size() * (sizeof(WeightedEnclosure) + kNotes);
   return bytes_of(corners_) + open + closed > in_.options.max_memory_bytes ||
          work_.subdivisions >= in_.options.max_work_items;
 }

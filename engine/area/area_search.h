@@ -12,6 +12,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -96,8 +97,8 @@ class AreaSearch {
   LargeArray<Corner> corners_;  // by vertex of A
   TotalArea area_;
 
-  std::vector<Part> open_;
-  std::vector<WeightedEnclosure> closed_;  // kept for quantiles only
+  std::deque<Part> open_;                 // deques: a vector would hold three copies while it grows
+  std::deque<WeightedEnclosure> closed_;  // kept for quantiles only
   std::vector<ShareSum> closed_shares_;
   MeanSum closed_means_;
 

@@ -1,8 +1,8 @@
 // Certified quantiles of the distance over A.
 #pragma once
 
+#include <deque>
 #include <optional>
-#include <span>
 
 #include "engine/area/part.h"
 #include "engine/area/totals.h"
@@ -12,8 +12,8 @@ namespace meshgauge {
 
 // All parts of A.
 struct AllParts {
-  std::span<const WeightedEnclosure> closed;
-  std::span<const Part> open;
+  const std::deque<WeightedEnclosure>& closed;
+  const std::deque<Part>& open;
 };
 
 // Returns an interval within `known`, a certified interval of it, that holds the smallest distance that the share p of

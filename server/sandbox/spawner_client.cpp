@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kStartTime{10'000};
+constexpr milliseconds kStartTime{30'000};
 constexpr milliseconds kEndTime{1'000};  // time for killed processes to be gone; after that they are reaped later
 
 Error not_started(const std::string& why) {

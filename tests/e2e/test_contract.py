@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import errno
+import hashlib
 import json
 import mmap
 import os
@@ -314,7 +315,7 @@ class Stores(unittest.TestCase):
                 post_head(len(form), "Prefer: respond-async\r\n") + form,
                 *(("%s %s HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % (method, path, len(body))).encode() + body
                   for method, path, body in (("DELETE", job, b""), ("DELETE", mesh, b""), ("POST", "/v1/meshes", RAISED),
-                                             ("PUT", "/v1/meshes/" + "1" * 64, RAISED)))]
+                                             ("PUT", "/v1/meshes/" + hashlib.sha256(RAISED).hexdigest(), RAISED)))]
 
     def break_disk(self, number):
         self.orders[:] = struct.pack("ii", self.server.process.pid, number)

@@ -260,7 +260,7 @@ TEST_CASE("area: intervals hold with little memory and few work items") {
   };
   constexpr std::size_t kPlenty = std::size_t{1} << 29;
   for (const auto& [memory, items] :
-       {std::pair<std::size_t, std::size_t>{1, kPlenty}, {300'000, kPlenty}, {kPlenty, 5}}) {
+       {std::pair<std::size_t, std::size_t>{1, kPlenty}, {150'000, kPlenty}, {kPlenty, 5}}) {
     Options options;
     options.direction = Direction::a_to_b;
     options.areas = everything({0.25});
