@@ -80,7 +80,7 @@ test("the form that leads to a result asks for the same", () => {
 
 test("a result states the certified areas that were asked for", () => {
   const found = { status: "complete" as const, pieces: 2, beyond: [{ distance: 0.1, share: { lower: 0, upper: 0.5 } }], quantiles: [], mean: null, rms: null };
-  const areas = { certified: true, share_tolerance: 0.001, length_tolerance: 0.02, a_to_b: null, b_to_a: found };
+  const areas = { certified: true as const, share_tolerance: 0.001, length_tolerance: 0.02, a_to_b: null, b_to_a: found };
   assert.deepEqual(optionsOf(comparison({ areas })).areas, { beyond: [0.1], share_tolerance: 0.001, length_tolerance: 0.02 });
 });
 
