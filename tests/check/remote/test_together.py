@@ -298,7 +298,8 @@ class Cancelling(Case):
         both = [outcomes["slow %d" % i] for i in range(2)]
         self.assertEqual([o["verdict"] for o in both], ["undecided"] * 2)
         self.assertEqual([o["error"] for o in both], [None] * 2)
-        self.assertEqual(sum(o["document"] is not None for o in both), 1)
+        # The thread for clients with nothing running may have taken one between two comparisons of the worker.
+        self.assertIn(sum(o["document"] is not None for o in both), (1, 2))
         until(self.idle)
 
     def batches(self):

@@ -131,23 +131,27 @@ export class BatchList {
       shown = source.shown(this.filter, listState.search, 0, pageRows);
     }
     const { rows, total, complete } = shown;
-    this.words.textContent = this.wordsFor(rows.length, total, complete);
+    const isReading = !complete && rows.length < (source.readSoFar === null ? 1 : pageRows);
+    this.words.textContent = isReading ? this.readingWords() : this.wordsFor(rows.length, total);
     this.drawRows(rows);
     this.pager.hidden = total <= pageRows;
     this.earlier.disabled = listState.from === 0;
     this.later.disabled = listState.from + pageRows >= total;
     if (complete) this.trouble.replaceChildren();
     else if (!this.failed) void this.load();
-    if (this.unannounced && (complete || rows.length > 0)) {
+    if (this.unannounced && !isReading) {
       this.unannounced = false;
       this.announcer.sayNow(`${filterWords[this.filter]}: ${this.words.textContent}`);
     }
   }
 
-  private wordsFor(shown: number, total: number, complete: boolean): string {
+  private readingWords(): string {
+    const { readSoFar } = this.source;
+    return readSoFar === null ? "Reading the results …" : `Reading the results: ${grouped(readSoFar)} of ${grouped(this.source.counts().all)}`;
+  }
+
+  private wordsFor(shown: number, total: number): string {
     const { listState, source } = this;
-    if (!complete && source.readSoFar !== null && shown < pageRows) return `Reading the results: ${grouped(source.readSoFar)} of ${grouped(source.counts().all)}`;
-    if (!complete && shown === 0) return "Reading the results …";
     if (total > 0) return pageWords(listState.from, shown, total);
     if (listState.search.trim() !== "") return "No comparison with this name.";
     const { all, pass } = source.counts();
