@@ -134,16 +134,17 @@ Result<Done> set_areas(const Flags& flags, Options& options) {
   for (const double distance : flags.beyond) asked.beyond.push_back({distance, std::nullopt});
   asked.quantiles = flags.quantiles;
   asked.mean = flags.mean;
-  const bool is_asked = asks_something(asked);
-  for (const auto& [value, range, name, out] :
-       {std::tuple(flags.share_tolerance, api::kShareToleranceRange, "--share-tolerance", &asked.share_tolerance),
-        std::tuple(flags.length_tolerance, api::kLengthToleranceRange, "--length-tolerance",
-                   &asked.length_tolerance)}) {
-    if (value && !is_asked) return refused(std::string(name) + " goes with --beyond, --quantiles or --mean", "", name);
-    if (auto ok = set_number(value, range, name, *out); !ok) return ok;
+  const auto& [share, length] = std::tie(flags.share_tolerance, flags.length_tolerance);
+  if (!asks_something(asked)) {
+    if (!share && !length) return Done{};
+    const std::string name = share ? "--share-tolerance" : "--length-tolerance";
+    return refused(name + " goes with --beyond, --quantiles or --mean", "", name);
   }
-  if (is_asked) options.areas = std::move(asked);
-  return Done{};
+  if (auto ok = set_number(share, api::kShareToleranceRange, "--share-tolerance", asked.share_tolerance); !ok)
+    return ok;
+  if (auto ok = set_number(length, api::kLengthToleranceRange, "--length-tolerance", asked.length_tolerance); !ok)
+    return ok;
+  return options.areas = std::move(asked), Done{};
 }
 
 Result<Done> set_machine(const Flags& flags, Options& options) {

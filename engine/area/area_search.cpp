@@ -27,9 +27,6 @@ AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
   return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
 }
 
-double least(const Linear& f) { return std::min({f[0], f[1], f[2]}); }
-double most(const Linear& f) { return std::max({f[0], f[1], f[2]}); }
-
 double mean_width(const Enclosure& e) { return mean(e.high) - mean_below(e.low); }
 double square_width(const Enclosure& e) { return mean_square(e.high) - mean_square_below(e.low); }
 

@@ -18,6 +18,9 @@ namespace meshgauge {
 // The values of a linear function at the corners of a triangle.
 using Linear = std::array<double, 3>;
 
+inline double least(const Linear& f) { return std::min({f[0], f[1], f[2]}); }
+inline double most(const Linear& f) { return std::max({f[0], f[1], f[2]}); }
+
 struct Enclosure {
   Linear low{};   // certified, slack included; may be negative
   Linear high{};  // certified, slack included
@@ -25,13 +28,13 @@ struct Enclosure {
 
 // The share of the triangle where f > t.
 inline double share_beyond(const Linear& f, double t) {
-  const double least = std::min({f[0], f[1], f[2]}), most = std::max({f[0], f[1], f[2]});
-  if (least > t) return 1;
-  if (most <= t) return 0;
+  const double low = least(f), high = most(f);
+  if (low > t) return 1;
+  if (high <= t) return 0;
   const double middle = std::max(std::min(f[0], f[1]), std::min(std::max(f[0], f[1]), f[2]));
   // The part beside one corner is a triangle whose edges are shares of the piece's edges.
-  if (middle <= t) return (most - t) / (most - least) * ((most - t) / (most - middle));
-  return 1 - (t - least) / (middle - least) * ((t - least) / (most - least));
+  if (middle <= t) return (high - t) / (high - low) * ((high - t) / (high - middle));
+  return 1 - (t - low) / (middle - low) * ((t - low) / (high - low));
 }
 
 inline double mean(const Linear& f) { return (f[0] + f[1] + f[2]) / 3; }
@@ -50,11 +53,11 @@ inline double mean_below(const Linear& low) {
 // Where low changes its sign, let -d be its least value. max(low, 0) differs from low + d by at most d, so its root
 // mean square is at least that of low + d, less d.
 inline double mean_square_below(const Linear& low) {
-  const double least = std::min({low[0], low[1], low[2]});
-  if (least >= 0) return mean_square(low);
+  const double bottom = least(low);
+  if (bottom >= 0) return mean_square(low);
   constexpr double kRoundDown = 1 - 0x1p-47;
-  const double shifted = std::sqrt(mean_square({low[0] - least, low[1] - least, low[2] - least}));
-  const double below = std::max(kRoundDown * shifted + least, mean_below(low));
+  const double shifted = std::sqrt(mean_square({low[0] - bottom, low[1] - bottom, low[2] - bottom}));
+  const double below = std::max(kRoundDown * shifted + bottom, mean_below(low));
   return below * below * kRoundDown;
 }
 

@@ -15,9 +15,6 @@ struct Weighted {
   double weight;
 };
 
-double least(const Linear& f) { return std::min({f[0], f[1], f[2]}); }
-double most(const Linear& f) { return std::max({f[0], f[1], f[2]}); }
-
 // One function of each part.
 template <class FunctionOf>
 std::optional<std::vector<Weighted>> weighted(const AllParts& parts, const Interrupted& stop, const FunctionOf& of) {

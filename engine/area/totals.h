@@ -25,8 +25,8 @@ struct ShareSum {
   // The limit is [down, up]: the exact one, unless scaling to the frame has rounded it.
   void add(const Enclosure& enclosure, double weight, double down, double up) {
     const double above = share_beyond(enclosure.high, down);
-    all_zero = all_zero && *std::max_element(enclosure.high.begin(), enclosure.high.end()) <= down;
-    all_one = all_one && *std::min_element(enclosure.low.begin(), enclosure.low.end()) > up;
+    all_zero = all_zero && most(enclosure.high) <= down;
+    all_one = all_one && least(enclosure.low) > up;
     high += weight * above;
     if (above > 0) low += weight * share_beyond(enclosure.low, up);
   }

@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kArriving = "/incoming";
 constexpr std::int64_t kTouchedNs = 60'000'000'000;  // precision of the order of use after a restart
 
 Error not_kept(int error_number) {
@@ -72,7 +71,7 @@ int write_at(int file, std::uint64_t offset, std::span<const std::byte>& left) {
 struct BlobCache::Incoming {
   explicit Incoming(BlobCache& of)
       : cache(of),
-        path(of.folder_ + kArriving + "/" + api::random_id()),
+        path(of.folder_ + kIncoming + "/" + api::random_id()),
         file(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {}
   ~Incoming() {
     if (!path.empty() && file) ::unlink(path.c_str());
@@ -100,9 +99,9 @@ std::string BlobCache::path_of(const std::string& name) const { return folder_ +
 
 Result<Done> BlobCache::prepare() {
   std::error_code failed;
-  fs::remove_all(folder_ + kArriving, failed);
+  fs::remove_all(folder_ + kIncoming, failed);
   if (failed) return not_kept(failed.value());
-  for (const std::string& folder : {folder_, folder_ + kArriving}) {
+  for (const std::string& folder : {folder_, folder_ + kIncoming}) {
     Result<bool> made = make_folder(folder);
     if (!made) return made.error();
   }

@@ -28,6 +28,9 @@ class DataFolder {
   Descriptor lock_;  // the kernel frees the lock when the process dies
 };
 
+// Files that are being written, below a folder of blobs: what lies there at a start was never finished.
+inline constexpr const char* kIncoming = "/incoming";
+
 // Makes the entries of a folder (new, renamed and removed names) durable.
 Result<Done> sync_folder(const std::string& path);
 

@@ -15,31 +15,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
-#include "api/formats/format.h"
+#include "api/names.h"
 #include "engine/hausdorff.h"
+#include "tests/bench/read.h"
 
 namespace {
 
 using namespace meshgauge;
-
-Mesh read(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file) throw std::runtime_error(path + ": cannot be read");
-  auto result = api::read_mesh(std::as_bytes(std::span(bytes)), {"", path, ""}, {});
-  if (!result) throw std::runtime_error(path + ": " + result.error().message);
-  return std::move(result->mesh);
-}
-
-const char* name_of(AreaStop stop) {
-  constexpr const char* kNames[] = {"complete", "precision_floor", "timeout", "cancelled", "budget", "no_area"};
-  return kNames[static_cast<std::size_t>(stop)];
-}
+using bench::read;
 
 struct Run {
   const Mesh& a;
@@ -82,7 +68,7 @@ Found found(const Outcome& outcome) {
   Found all{outcome.timings.areas / 1000, "", 0, 0, 0};
   for (const auto* bounds : {&outcome.areas->a_to_b, &outcome.areas->b_to_a}) {
     const AreaBounds& one = **bounds;
-    all.stop += (all.stop.empty() ? "" : "/") + std::string(name_of(one.stop));
+    all.stop += (all.stop.empty() ? "" : "/") + std::string(api::name_of(api::kAreaStops, one.stop));
     all.pieces += one.pieces;
     for (const auto& share : one.beyond) all.widest_share = std::max(all.widest_share, share.upper - share.lower);
     const auto widen = [&](const auto& length) {

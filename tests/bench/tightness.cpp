@@ -22,32 +22,22 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <string>
 #include <vector>
 
-#include "api/formats/format.h"
 #include "engine/bounds/n_point.h"
 #include "engine/bounds/triangle_set.h"
 #include "engine/frame.h"
 #include "engine/ordered_mesh.h"
+#include "tests/bench/read.h"
 #include "tests/engine/bounds/tightness.h"
 
 namespace {
 
 using namespace meshgauge;
+using bench::read;
 using Seconds = std::chrono::duration<double>;
-
-Mesh read(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file) throw std::runtime_error(path + ": cannot be read");
-  auto result = api::read_mesh(std::as_bytes(std::span(bytes)), {"", path, ""}, {});
-  if (!result) throw std::runtime_error(path + ": " + result.error().message);
-  return std::move(result->mesh);
-}
 
 void move_to_unit_frame(Mesh& a, Mesh& b) {
   Box box = bounding_box(a);
