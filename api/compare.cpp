@@ -4,6 +4,7 @@
 #include <chrono>
 #include <exception>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "api/digest.h"
@@ -47,6 +48,13 @@ Result<Outcome> measure_in_unit(const NamedMesh& a, const NamedMesh& b, const Un
   return measure(**measured_a, **measured_b, options, control);
 }
 
+// nullopt: interrupted.
+std::optional<Topology> topology_in(const KnownUnit& result, const PreparedMesh& mesh, const KnownUnit& unit,
+                                    Control& control) {
+  const auto found = mesh.topology([&control] { return control.check() != Interruption::none; });
+  return found ? std::optional(scaled(*found, factor_between(unit, result))) : std::nullopt;
+}
+
 Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const ComparisonOptions& options, Control& control,
                             const StageTimes& so_far) {
   const auto start = Control::Clock::now();
@@ -59,6 +67,10 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   const auto plan = resolve(a.unit(), b.unit(), options.units, options.max_distance.has_value());
   if (!plan) return plan.error();
   comparison.units = *plan;
+  if (options.topology) {  // linear, so before what may take all the time
+    comparison.a.topology = topology_in(plan->result, *a.mesh, plan->a, control);
+    comparison.b.topology = topology_in(plan->result, *b.mesh, plan->b, control);
+  }
   auto outcome = measure_in_unit(a, b, *plan, options, control);
   if (!outcome) return outcome.error();
   comparison.outcome = std::move(*outcome);

@@ -13,6 +13,7 @@ struct ComparisonOptions : Options {
   ComparisonOptions(const Options& engine, const AskedUnits& asked = {}) : Options(engine), units(asked) {}
 
   AskedUnits units;
+  bool topology = false;  // also examine both meshes (engine/topology.h)
 };
 
 }  // namespace meshgauge::api

@@ -30,6 +30,10 @@ Json of_work(const Work& work) {
           {"peak_heap", work.peak_heap}};
 }
 
+Json of_edges(const EdgeCount& edges) {
+  return {{"count", edges.count}, {"first", edges.count > 0 ? json_of(edges.first) : Json(nullptr)}};
+}
+
 Json name_or_null(const auto& named) { return named ? Json(to_string(*named)) : Json(nullptr); }
 
 Json mismatch(const ReadNotes& notes) {
@@ -89,6 +93,20 @@ Json json_of(const MeshFacts& facts, const KnownUnit& unit) {
           {"helper_objects", facts.notes.helper_objects},
           {"welded_vertices", facts.notes.welded_vertices},
           {"notes", notes_of(facts)}};
+}
+
+Json json_of(const std::optional<Topology>& topology) {
+  if (!topology) return nullptr;
+  const auto& volume = topology->volume;
+  return {{"watertight", topology->watertight()},
+          {"oriented", topology->oriented()},
+          {"components", topology->components},
+          {"euler_characteristic", topology->euler_characteristic},
+          {"edges", topology->edges},
+          {"open_edges", of_edges(topology->open)},
+          {"non_manifold_edges", of_edges(topology->non_manifold)},
+          {"flipped_edges", of_edges(topology->flipped)},
+          {"volume", volume ? interval(volume->lower, volume->upper) : Json(nullptr)}};
 }
 
 }  // namespace meshgauge::api

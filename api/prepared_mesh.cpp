@@ -34,6 +34,14 @@ std::shared_ptr<const PreparedMesh::Image> PreparedMesh::image(const Factor& fac
   return image_ && image_->factor == factor ? image_ : nullptr;
 }
 
+std::optional<Topology> PreparedMesh::topology(const Interrupted& interrupted) const {
+  const Topology* known = topology_.get(interrupted, [&]() -> std::unique_ptr<const Topology> {
+    const auto found = meshgauge::topology(mesh.mesh(), facts.bbox, interrupted);
+    return found ? std::make_unique<const Topology>(*found) : nullptr;
+  });
+  return known ? std::optional(*known) : std::nullopt;
+}
+
 std::size_t PreparedMesh::bytes() const {
   const std::lock_guard lock(mutex_);
   const std::size_t of_image = image_ ? sizeof *image_ + image_->mesh.bytes() : 0;

@@ -4,16 +4,19 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "api/formats/format.h"
 #include "api/load.h"
 #include "engine/control.h"
+#include "engine/lazy.h"
 #include "engine/mesh.h"
 #include "engine/prepared.h"
 #include "engine/result.h"
 #include "engine/scaling.h"
+#include "engine/topology.h"
 
 namespace meshgauge::api {
 
@@ -28,6 +31,7 @@ struct MeshFacts {
   Box bbox;
   double diagonal = 0;
   ReadNotes notes;
+  std::optional<Topology> topology;  // in the unit of a result; nullopt: not asked for, or interrupted
 };
 
 // A prepared mesh file. Logically immutable and thread safe: any number of comparisons may share it.
@@ -39,6 +43,9 @@ class PreparedMesh {
                const Interrupted& interrupted = never_interrupted);
 
   std::size_t bytes() const;  // memory used now
+  // In the file's unit. Examined by the first call that is not interrupted, and kept. nullopt: interrupted. Thread
+  // safe.
+  std::optional<Topology> topology(const Interrupted& interrupted) const;
 
   const MeshFacts facts;
   const Prepared mesh;
@@ -56,6 +63,7 @@ class PreparedMesh {
   };
   std::shared_ptr<const Image> image(const Factor& factor) const;  // nullptr: not cached for this factor
 
+  mutable Lazy<Topology> topology_;
   mutable std::mutex mutex_;                    // guards image_
   mutable std::shared_ptr<const Image> image_;  // the last image, cached for Prepared::Use::often
 };

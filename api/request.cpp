@@ -94,6 +94,12 @@ Result<Done> read_number(const JsonValue& value, const Range& range, const std::
   return Done{};
 }
 
+Result<Done> read_boolean(const JsonValue& value, const std::string& pointer, bool& out) {
+  if (!value.is_boolean()) return invalid(pointer, pointer + " must be true or false, not " + shown(value));
+  out = value.get<bool>();
+  return Done{};
+}
+
 template <class Enum, std::size_t N>
 Result<Done> read_name(const Name<Enum> (&table)[N], const JsonValue& value, const std::string& pointer, Enum& out) {
   if (value.is_string()) {
@@ -145,9 +151,7 @@ Result<Done> read_units(const JsonValue& value, const std::string& pointer, Read
 }
 
 Result<Done> read_narrow(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  if (!value.is_boolean()) return invalid(pointer, pointer + " must be true or false, not " + shown(value));
-  reading.request.options.narrow = value.get<bool>();
-  return Done{};
+  return read_boolean(value, pointer, reading.request.options.narrow);
 }
 
 Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Reading& reading) {
@@ -222,9 +226,7 @@ Result<Done> read_quantiles(const JsonValue& value, const std::string& pointer, 
 }
 
 Result<Done> read_mean(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  if (!value.is_boolean()) return invalid(pointer, pointer + " must be true or false, not " + shown(value));
-  reading.request.options.areas->mean = value.get<bool>();
-  return Done{};
+  return read_boolean(value, pointer, reading.request.options.areas->mean);
 }
 
 Result<Done> read_share_tolerance(const JsonValue& value, const std::string& pointer, Reading& reading) {
@@ -245,6 +247,10 @@ Result<Done> read_areas(const JsonValue& value, const std::string& pointer, Read
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!asks_something(asked)) return invalid(pointer, pointer + " must ask for beyond, quantiles or mean");
   return Done{};
+}
+
+Result<Done> read_topology(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_boolean(value, pointer, reading.request.options.topology);
 }
 
 Result<Done> read_direction(const JsonValue& value, const std::string& pointer, Reading& reading) {
@@ -281,7 +287,7 @@ constexpr Field kOptions[] = {
     {"direction", read_direction},   {"tolerance", read_tolerance}, {"gate", read_gate},
     {"strategy", read_strategy},     {"points", read_points},       {"timeout_ms", read_timeout},
     {"threads", read_threads},       {"budget", read_budget},       {"areas", read_areas},
-    {"statistics", read_statistics}, {"units", read_units}};
+    {"statistics", read_statistics}, {"topology", read_topology},   {"units", read_units}};
 
 }  // namespace
 

@@ -117,6 +117,10 @@ std::string to_json(const Comparison& comparison) {
       {"meshes", {{"a", json_of(comparison.a, comparison.units.a)}, {"b", json_of(comparison.b, comparison.units.b)}}},
       {"engine", engine(comparison.options, outcome)},
       {"statistics", json_of(outcome.statistics)}};
+  if (comparison.options.topology) {
+    json["meshes"]["a"]["topology"] = json_of(comparison.a.topology);
+    json["meshes"]["b"]["topology"] = json_of(comparison.b.topology);
+  }
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

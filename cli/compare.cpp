@@ -48,6 +48,7 @@ struct Flags {
   double threads = 0;
   std::string simd = "auto";
   bool statistics = false;
+  bool topology = false;
   bool json = false;
   bool fast = false;
   std::string deviation;
@@ -171,6 +172,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_areas(flags, options); !ok) return ok.error();
   if (auto ok = set_statistics(flags, options); !ok) return ok.error();
   if (auto ok = set_machine(flags, options); !ok) return ok.error();
+  options.topology = flags.topology;
   auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
   if (!timeout) return timeout.error();
   request.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(*timeout));
@@ -281,6 +283,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_flag("--statistics", flags->statistics, "Also sample mean, RMS, quantiles and a histogram");
   command.add_option("--samples", flags->samples, "Points sampled in each direction, 1000 to 1000000; else 100000");
   command.add_option("--seed", flags->seed, "Another one samples other points; else 1");
+  command.add_flag("--topology", flags->topology,
+                   "Also examine both meshes: open edges, orientation, components, volume");
   command.add_option("--deviation", flags->deviation,
                      "Write A coloured by its distance from B: FILE.ply, .glb or .csv");
   command.add_flag("--json", flags->json, "Print the result as JSON");

@@ -47,6 +47,24 @@ void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, co
   for (const std::string& note : api::notes_of(mesh)) append(out, "  %s\n", note.c_str());
 }
 
+void add_edges(std::string& out, const char* kind, const EdgeCount& edges, const Unit& unit) {
+  const std::string_view in = unit ? api::to_string(*unit) : std::string_view();
+  if (edges.count > 0) append(out, "          %s\n", check::edges_in_words(edges.count, kind, edges.first, in).c_str());
+}
+
+void add_topology(std::string& out, const char* name, const Topology& found, const Unit& unit) {
+  const auto is = [](bool holds) { return holds ? "" : "not "; };
+  append(out, "%-9s %swatertight, %soriented, components %zu, Euler characteristic %lld", name, is(found.watertight()),
+         is(found.oriented()), found.components, static_cast<long long>(found.euler_characteristic));
+  if (found.volume)
+    append(out, ", volume %s .. %s", shortest(found.volume->lower).c_str(),
+           (api::with_unit(shortest(found.volume->upper), unit) + (unit ? "^3" : "")).c_str());
+  out += "\n";
+  add_edges(out, "open", found.open, unit);
+  add_edges(out, "non-manifold", found.non_manifold, unit);
+  add_edges(out, "flipped", found.flipped, unit);
+}
+
 void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed, const Unit& unit) {
   if (!directed) return;
   append(out, "%-9s %s .. %s, culled %.2f %% (%zu of %zu triangles left)\n", name,
@@ -97,6 +115,8 @@ std::string to_table(const Comparison& comparison) {
   if (outcome.statistics) out += to_table(*outcome.statistics, unit);
   add_mesh(out, "mesh a", comparison.a, comparison.units.a);
   add_mesh(out, "mesh b", comparison.b, comparison.units.b);
+  if (comparison.a.topology) add_topology(out, "a is", *comparison.a.topology, unit);
+  if (comparison.b.topology) add_topology(out, "b is", *comparison.b.topology, unit);
   for (const std::string& note : api::notes_of(comparison)) append(out, "note      %s\n", note.c_str());
   add_engine(out, comparison);
   add_times(out, comparison);

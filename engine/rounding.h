@@ -117,6 +117,16 @@
 //      error of u; a component of the product errs by 4u (|x1 y2| + |x2 y1|) <= 4u |x||y|, the vector by less than 7u,
 //      and its length by 3.5u: kAreaSlack = 16u, times |x||y|. What the frame lost below 2^-1022, and underflow, is
 //      scaled by 2^900 at most: kAreaOffset = 2^-170, times |x| + |y|.
+//
+// (R14) Volume (engine/topology). Where each edge is passed once in each direction, 6V is the sum over the triangles of
+//      det(p-o, q-p, r-p), for any point o. o is near the box's centre, and a power of two, at most 2^1000, scales the
+//      differences to at most 1 in magnitude. A computed one has a relative error of u. A determinant is the sum of six
+//      products of three differences; a product gathers 3u from them, 2u from its multiplications and at most 3u from
+//      the sums, so the determinant errs by less than 9u P, P the sum of the absolute values of the products. It is at
+//      most P. Its sum over n triangles is that of n/m + 1 blocks of at most m = kVolumeBlock; a term takes part in at
+//      most min(n, m) + n/m + 1 sums, so the sum errs by that times u (1 + 2^-20) sum P. The computed sum P has a
+//      relative error below (n + 16) u < 2^-22. kVolumeSlack = 16u holds the 9u, these factors and the rounding of the
+//      error itself. What underflows is below 2^-1070 for each of at most 2^30 triangles: kVolumeOffset = 2^-1000.
 #pragma once
 
 #include <cstddef>
@@ -151,6 +161,11 @@ inline constexpr double kMeanSlack = 32 * kUnit;      // R12
 inline constexpr double kAreaSlack = 16 * kUnit;      // R13
 inline constexpr double kAreaOffset = 0x1p-170;       // R13
 
+inline constexpr double kVolumeSlack = 16 * kUnit;     // R14
+inline constexpr double kVolumeOffset = 0x1p-1000;     // R14
+inline constexpr std::size_t kVolumeBlock = 4096;      // R14, triangles
+inline constexpr int kSmallestVolumeExponent = -1000;  // R14
+
 // Pieces shorter than this are not split: rounding is larger than they are.
 inline constexpr double kSmallestPiece = 0x1p-50;
 
@@ -160,6 +175,12 @@ inline constexpr std::uint32_t kDepthAllowance = 256;
 
 // The relative error of a sum of this many terms >= 0, weights of parts times values: R12.
 inline double sum_error(std::size_t terms) { return 2 * kUnit * static_cast<double>(terms + 2 * kDepthAllowance); }
+
+// The error of the sum of that many determinants, `size` the sum of the absolute values of their products: R14.
+inline double volume_error(std::size_t triangles, double size) {
+  const std::size_t sums = (triangles < kVolumeBlock ? triangles : kVolumeBlock) + triangles / kVolumeBlock + 1;
+  return (kVolumeSlack + 2 * kUnit * static_cast<double>(sums)) * size + kVolumeOffset;
+}
 
 // The search itself stops at this gap between its computed U and L, whatever tolerance was asked for.
 // At least kSmallestPiece, so that unsplittable pieces end the search instead of being asked for again.

@@ -27,7 +27,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             threads: Optional[int] = None, direction: Optional[str] = None,
             units: Optional[_options.Units] = None, strategy: Optional[str] = None, points: Optional[int] = None,
             statistics: Union[bool, Mapping[str, int], None] = None,
-            areas: Optional[Mapping[str, Any]] = None) -> Result:
+            areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None) -> Result:
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF; also gzip-compressed), the content of such a file as bytes, a
@@ -53,6 +53,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             "samples" and "seed".
         areas: certifies how the distance is distributed over the area (Result.document["areas"]); a mapping with
             "beyond" (distances), "quantiles" (shares), "mean" (True), "share_tolerance" and "length_tolerance".
+        topology: True also examines both meshes: open edges, orientation, components and the certified volume
+            (Result.document["meshes"]["a"]["topology"]).
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
 
@@ -66,7 +68,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     options = _options.document(
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
-        statistics=statistics, areas=areas)
+        statistics=statistics, areas=areas, topology=topology)
     return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
 
 

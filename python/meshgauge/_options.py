@@ -97,6 +97,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "points": ("points", lambda value: _integer(value, "points")),
     "statistics": ("statistics", _statistics),
     "areas": ("areas", _areas),
+    "topology": ("topology", bool),
 }
 
 

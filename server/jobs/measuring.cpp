@@ -37,8 +37,10 @@ bool has_area_stop(const Outcome& outcome, AreaStop stop) {
 }
 
 // Stopped by a timeout, a cancel or a limit of this process: a repetition may get further.
-bool was_cut_short(const Outcome& outcome) {
+bool was_cut_short(const api::Comparison& comparison) {
+  const Outcome& outcome = comparison.outcome;
   const Stop stop = outcome.stop;
+  if (comparison.options.topology && !(comparison.a.topology && comparison.b.topology)) return true;
   if (stop == Stop::timeout || stop == Stop::cancelled || stop == Stop::budget) return true;
   if (has_area_stop(outcome, AreaStop::timeout) || has_area_stop(outcome, AreaStop::cancelled) ||
       has_area_stop(outcome, AreaStop::budget)) {
@@ -129,7 +131,7 @@ JobView Measuring::concluded(const LiveJob& job, const Result<api::Comparison>& 
     last.row.state = cancelled ? JobState::cancelled : JobState::done;
     last.row.document = to_json(*result);
     last.row.verdict = verdict_of(*result);
-    last.reusable = !was_cut_short(result->outcome);
+    last.reusable = !was_cut_short(*result);
     last.timing = to_server_timing(*result);
     last.stages = api::stages(*result);
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};

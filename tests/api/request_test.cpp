@@ -170,6 +170,13 @@ TEST_CASE("request: questions about areas") {
   CHECK(refusal(R"({"areas": {"median": true}})").where == "/areas/median");
 }
 
+TEST_CASE("request: the topology of both meshes is asked for by true") {
+  CHECK(!parse_options("{}")->options.topology);
+  CHECK(parse_options(R"({"topology": true})")->options.topology);
+  CHECK(!parse_options(R"({"topology": false})")->options.topology);
+  CHECK(refusal(R"({"topology": 1})").message == "/topology must be true or false, not 1");
+}
+
 TEST_CASE("request: a service may set a lower timeout") {
   const api::RequestLimits limits{std::chrono::milliseconds(100), std::chrono::milliseconds(1000)};
   CHECK(parse_options("{}", limits)->timeout.count() == 100);

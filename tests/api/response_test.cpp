@@ -219,6 +219,31 @@ TEST_CASE("response: certified areas, only where they were asked for") {
   CHECK(result["timings_ms"]["areas"] == 3.0);
 }
 
+TEST_CASE("response: the topology of both meshes, only where it was asked for") {
+  api::Comparison comparison = sample();
+  CHECK(!rendered(comparison)["meshes"]["a"].contains("topology"));
+  comparison.options.topology = true;
+  Topology open;
+  open.edges = 17;
+  open.open = {4, {0.5, 0, 1}};
+  open.components = 2;
+  open.euler_characteristic = -1;
+  comparison.a.topology = open;
+  const json none{{"count", 0}, {"first", nullptr}};
+  CHECK(rendered(comparison)["meshes"]["a"]["topology"] == json{{"watertight", false},
+                                                                {"oriented", true},
+                                                                {"components", 2},
+                                                                {"euler_characteristic", -1},
+                                                                {"edges", 17},
+                                                                {"open_edges", {{"count", 4}, {"first", {0.5, 0, 1}}}},
+                                                                {"non_manifold_edges", none},
+                                                                {"flipped_edges", none},
+                                                                {"volume", nullptr}});
+  CHECK(rendered(comparison)["meshes"]["b"]["topology"] == nullptr);  // the time was over
+  comparison.a.topology->volume = Volume{1, 2};
+  CHECK(rendered(comparison)["meshes"]["a"]["topology"]["volume"] == json{{"lower", 1}, {"upper", 2}});
+}
+
 TEST_CASE("response: statistics without time are null, with the reason") {
   api::Comparison comparison = sample();
   comparison.outcome.statistics = Statistics{{}, std::nullopt, std::nullopt, StatisticsStatus::timeout};

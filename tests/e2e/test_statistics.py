@@ -174,6 +174,28 @@ class Areas(ServerCase):
             self.refused(self.server.compare(options={"areas": areas}), 422, "invalid-request")
 
 
+class Topology(ServerCase):
+    def test_not_asked_for(self):
+        self.assertNotIn("topology", self.server.compare().json()["meshes"]["a"])
+
+    def test_a_square_in_inches(self):
+        options = {"topology": True, "units": {"a": "in", "b": "mm"}, "gate": {"max_distance": 50, "units": "mm"}}
+        answer = self.server.compare(a=SQUARE, b=RAISED, options=options)
+        self.assertEqual(answer.status, 200, answer.body)
+        meshes = answer.json()["meshes"]
+        for mesh in meshes.values():
+            found = mesh["topology"]
+            self.assertEqual((found["watertight"], found["oriented"], found["components"]), (False, True, 1))
+            self.assertEqual((found["edges"], found["open_edges"]["count"], found["euler_characteristic"]), (5, 4, 1))
+            self.assertIsNone(found["volume"])
+        first = meshes["a"]["topology"]["open_edges"]["first"]
+        self.assertIn(12.7, [round(x, 9) for x in first])
+
+    def test_what_is_refused(self):
+        for asked in (None, 1, "true", {}):
+            self.refused(self.server.compare(options={"topology": asked}), 422, "invalid-request")
+
+
 class Kept(unittest.TestCase):
     def test_a_result_is_as_it_was_after_a_kill(self):
         folder = tempfile.TemporaryDirectory()
@@ -219,6 +241,14 @@ class Cli(unittest.TestCase):
         table = self.run_cli(*flags).stdout
         for words in ("certified a to b", "share beyond 0.001", "p95", "rms", ", areas "):
             self.assertIn(words, table)
+
+    def test_topology_is_that_over_http(self):
+        server = Server()
+        self.addCleanup(server.stop)
+        sent = server.compare(*(Path(path).read_bytes() for path in self.files), {"topology": True}).json()
+        here = json.loads(self.run_cli("--json", "--topology").stdout)
+        self.assertEqual(here["meshes"]["a"]["topology"], sent["meshes"]["a"]["topology"])
+        self.assertIn("watertight, ", self.run_cli("--topology").stdout)
 
     def test_the_table(self):
         table = self.run_cli("--statistics").stdout

@@ -161,6 +161,11 @@ class Results(unittest.TestCase):
         with self.assertRaisesRegex(meshgauge.InputError, "areas must be a mapping"):
             meshgauge.compare(SQUARE, RAISED, areas=True)
 
+    def test_topology(self):
+        found = meshgauge.compare(SQUARE, RAISED, topology=True).document["meshes"]["a"]["topology"]
+        self.assertEqual((found["watertight"], found["components"], found["open_edges"]["count"]), (False, 1, 8))
+        self.assertNotIn("topology", meshgauge.compare(SQUARE, RAISED).document["meshes"]["a"])
+
     def test_a_timeout_leaves_an_interval(self):
         flat = shapes.grid(120), shapes.grid(127)
         result = meshgauge.compare(*flat, tolerance=0, strategy="four_point", timeout=0.2, threads=1)

@@ -1,9 +1,10 @@
 // Facts about both meshes side by side.
 import type { Comparison, MeshFacts, Side } from "../api/types.js";
 import { h, scroller } from "../dom.js";
-import { grouped, inBytes, pointText, toDigits } from "../text/numbers.js";
+import { unitsOf } from "../text/verdict.js";
+import { grouped, inBytes, pointText, toDigits, withUnits } from "../text/numbers.js";
 
-type Row = [string, (mesh: MeshFacts) => string];
+type Row = [string, (mesh: MeshFacts, units: string) => string];
 
 const rows: Row[] = [
   ["Format", (mesh) => formatWords(mesh)],
@@ -15,7 +16,25 @@ const rows: Row[] = [
   ["Box from", (mesh) => pointText(mesh.bbox.low)],
   ["Box to", (mesh) => pointText(mesh.bbox.high)],
   ["Diagonal", (mesh) => toDigits(mesh.diagonal, 7)],
+  ["Watertight", ({ topology }) => (topology ? edgeWords(topology.watertight, [topology.open_edges, "open"], [topology.non_manifold_edges, "of three or more triangles"]) : "")],
+  ["Oriented", ({ topology }) => (topology ? edgeWords(topology.oriented, [topology.flipped_edges, "passed twice in one direction"]) : "")],
+  ["Components", ({ topology }) => (topology ? grouped(topology.components) : "")],
+  ["Volume", ({ topology }, units) => (topology?.volume ? volumeWords(topology.volume, units) : "")],
 ];
+
+type EdgeKind = [NonNullable<MeshFacts["topology"]>["open_edges"], string];
+
+/** "no: 4 edges open, the first at (0.5, 0, 1)" */
+function edgeWords(holds: boolean, ...kinds: EdgeKind[]): string {
+  const found = kinds.filter(([{ count }]) => count > 0);
+  const said = found.map(([{ count, first }, kind]) => `${grouped(count)} ${count === 1 ? "edge" : "edges"} ${kind}${first ? `, the first at ${pointText(first)}` : ""}`);
+  return (holds ? "yes" : "no") + (said.length ? `: ${said.join("; ")}` : "");
+}
+
+function volumeWords({ lower, upper }: { lower: number | null; upper: number | null }, units: string): string {
+  if (lower === null || upper === null) return "beyond the range of numbers";
+  return withUnits(toDigits(lower / 2 + upper / 2, 7), units && `${units}³`);
+}
 
 const formatWords = (mesh: MeshFacts): string => mesh.format.toUpperCase().replace("GLTF", "glTF");
 
@@ -27,9 +46,9 @@ function unitWords({ unit }: { unit?: MeshFacts["unit"] }): string {
 }
 
 export function meshesTable(result: Comparison, names: Record<Side, string>): HTMLElement {
-  const { a, b } = result.meshes;
+  const { a, b } = result.meshes, units = unitsOf(result);
   const body: HTMLElement[] = rows.flatMap(([label, text]) => {
-    const [one, other] = [text(a), text(b)];
+    const [one, other] = [text(a, units), text(b, units)];
     if (one === "" && other === "") return [];
     return [h("tr", {}, h("th", { scope: "row" }, label), h("td", {}, one || "none"), h("td", {}, other || "none"))];
   });

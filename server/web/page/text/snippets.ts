@@ -33,6 +33,7 @@ export function optionsOf(result: Comparison): Options {
     ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
     ...(result.areas ? { areas: areasAsked(result.areas) } : {}),
     ...(result.statistics ? { statistics: true } : {}),
+    ...(result.meshes.a.topology === undefined ? {} : { topology: true }),
   };
 }
 
