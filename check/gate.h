@@ -10,6 +10,7 @@
 #include <string>
 
 #include "api/comparison_options.h"
+#include "check/expectations.h"
 #include "engine/options.h"
 
 namespace meshgauge::check {
@@ -53,6 +54,7 @@ struct Gate {
   std::chrono::milliseconds timeout{30'000};  // time limit of the whole gate
   bool warn_only = false;                     // fail and undecided are reported and do not count
   bool statistics = false;
+  Expectations expect;
   std::string manifest;  // manifest that contains the gate, for reports that point at a line; empty: given by flags
   int line = 0;          // 1-based
 };

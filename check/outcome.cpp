@@ -78,7 +78,11 @@ Result<Measured> measured_from(Json document, double limit) {
 }
 
 Verdict GateOutcome::verdict() const {
-  if (measured) return measured->verdict;
+  const auto is = [&](Verdict verdict) {
+    return measured->verdict == verdict || std::any_of(expectations.begin(), expectations.end(),
+                                                       [&](const Expectation& e) { return e.verdict == verdict; });
+  };
+  if (measured) return is(Verdict::fail) ? Verdict::fail : is(Verdict::undecided) ? Verdict::undecided : Verdict::pass;
   return interrupted ? Verdict::undecided : Verdict::error;
 }
 

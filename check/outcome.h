@@ -17,8 +17,8 @@
 
 namespace meshgauge::check {
 
-// pass, fail, undecided: the interval against the limit (api/gate.h). error: there is no interval, because a file is
-// missing or unreadable or the service cannot be reached.
+// pass, fail, undecided: the interval against the limit (api/gate.h), or an expectation. error: there is no interval,
+// because a file is missing or unreadable or the service cannot be reached.
 enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
 
@@ -69,12 +69,13 @@ struct PastRun {
 struct GateOutcome {
   Gate gate;
   std::optional<Measured> measured;  // nullopt: see `error`
-  std::optional<Error> error;        // with `interrupted`: the time was over; nullopt after Ctrl-C
-  bool interrupted = false;          // by Ctrl-C or the timeout, before there was an interval; the verdict is undecided
-  double wall_ms = 0;                // includes reading and waiting
-  std::vector<PastRun> history;      // of the last runs, this one at the end; empty without --history
+  std::vector<Expectation> expectations;
+  std::optional<Error> error;    // with `interrupted`: the time was over; nullopt after Ctrl-C
+  bool interrupted = false;      // by Ctrl-C or the timeout, before there was an interval; the verdict is undecided
+  double wall_ms = 0;            // includes reading and waiting
+  std::vector<PastRun> history;  // of the last runs, this one at the end; empty without --history
 
-  Verdict verdict() const;
+  Verdict verdict() const;  // the worst of the distance and the expectations
   // Unit of every length of this outcome, such as "mm"; empty: not known.
   std::string unit() const;
   Level level(Undecided rule) const;

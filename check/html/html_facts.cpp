@@ -100,6 +100,17 @@ std::string estimate(const Json& json) {
 
 }  // namespace
 
+std::string expectation_table(const GateOutcome& outcome) {
+  std::string rows;
+  for (const Expectation& one : outcome.expectations) {
+    const std::string kind(to_string(one.verdict));
+    rows += "<tr><th scope=\"row\">" + escaped(one.name) + "</th><td>" + escaped(one.found) + "</td><td>" +
+            escaped(one.expected) + "</td><td><span class=\"badge " + kind + "\">" + icon(one.verdict) + kind +
+            "</span></td></tr>\n";
+  }
+  return table("expectations", "What the gate expects of the candidate", {"", "Found", "Expected", "Verdict"}, rows);
+}
+
 std::string mesh_table(const GateOutcome& outcome) {
   const Json& document = outcome.measured->document;
   std::string rows = row("File", {outcome.gate.candidate.string(), outcome.gate.baseline.string()});

@@ -8,6 +8,7 @@
 
 namespace meshgauge::check {
 
+std::string expectation_table(const GateOutcome& outcome);  // empty if the gate expects nothing
 std::string mesh_table(const GateOutcome& outcome);
 std::string time_table(const Measured& measured);
 std::string work_table(const GateOutcome& outcome);

@@ -148,9 +148,18 @@ std::string link_part(const Measured& measured) {
          "result</span></p>\n";
 }
 
+// "Not as expected: watertight, volume. "; empty: all is, or undecided.
+std::string surprises(const GateOutcome& outcome) {
+  std::string names;
+  for (const Expectation& one : outcome.expectations) {
+    if (one.verdict == Verdict::fail) names += (names.empty() ? "" : ", ") + one.name;
+  }
+  return names.empty() ? "" : "Not as expected: " + names + ". ";
+}
+
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
-  std::string out = interval_drawing(measured, outcome.unit()) + "\n" +
+  std::string out = expectation_table(outcome) + interval_drawing(measured, outcome.unit()) + "\n" +
                     history_drawing(outcome.history, outcome.unit()) + notes_part(measured);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
   out += advice_part(outcome) + link_part(measured) + witness_list(outcome) + pictures_part(picture, outcome.unit());
@@ -197,7 +206,7 @@ std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, st
       "<article class=\"gate " + kind + "\" id=\"" + id + "\" aria-labelledby=\"" + id + "-name\">\n<header>";
   out += badge(outcome, rule) + "<h2 id=\"" + id + "-name\">" + escaped(outcome.gate.name) + "</h2>" +
          "<span class=\"time\">" + in_time(outcome.wall_ms) + "</span></header>\n";
-  out += subtitle(outcome) + "<p class=\"sentence\">" + escaped(sentence(outcome)) + "</p>\n";
+  out += subtitle(outcome) + "<p class=\"sentence\">" + escaped(surprises(outcome) + sentence(outcome)) + "</p>\n";
   if (outcome.measured) out += measured_part(outcome, picture);
   return out + "</article>\n";
 }

@@ -10,6 +10,7 @@
 #include "api/json_filter.h"
 #include "api/names.h"
 #include "api/request.h"
+#include "check/manifest/expect_setting.h"
 #include "check/manifest/names.h"
 #include "check/manifest/quantities.h"
 #include "check/manifest/suggestion.h"
@@ -18,10 +19,6 @@ namespace meshgauge::check {
 namespace {
 
 using Kind = YamlNode::Kind;
-
-void refuse(const Setting& setting, const std::string& what, Mistakes& mistakes) {
-  mistakes.add(setting.value.place, std::string(setting.key) + " " + what);
-}
 
 std::optional<double> number_of(const YamlNode& node) {
   if (node.kind != Kind::word || node.text.empty()) return std::nullopt;
@@ -35,15 +32,6 @@ std::optional<double> read_number(const Setting& setting, const char* what, Mist
   const auto number = number_of(setting.value);
   if (!number) refuse(setting, std::string("must be ") + what + ", not " + shown(setting.value), mistakes);
   return number;
-}
-
-std::optional<double> read_within(const Setting& setting, const api::Range& range, Mistakes& mistakes) {
-  const auto number = read_number(setting, range.integer ? "a whole number" : "a number", mistakes);
-  if (!number) return std::nullopt;
-  const auto checked = api::in_range(*number, range, setting.key);
-  if (checked) return *checked;
-  mistakes.add(setting.value.place, checked.error().message);
-  return std::nullopt;
 }
 
 template <class Enum, std::size_t N>
@@ -140,12 +128,7 @@ void read_threads(const Setting& setting, Draft& draft, Mistakes& mistakes) {
 }
 
 void read_statistics(const Setting& setting, Draft& draft, Mistakes& mistakes) {
-  const YamlNode& value = setting.value;
-  if (value.kind == Kind::word && (value.text == "true" || value.text == "false")) {
-    draft.gate.statistics = value.text == "true";
-  } else {
-    refuse(setting, "must be true or false, without quotes, not " + shown(value), mistakes);
-  }
+  if (const auto asked = read_boolean(setting, mistakes)) draft.gate.statistics = *asked;
 }
 
 std::optional<LengthUnit> read_unit(std::string_view key, const YamlNode& value, Mistakes& mistakes) {
@@ -196,11 +179,32 @@ constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"tolerance", read_tolerance},
                                        {"threads", read_threads},
                                        {"statistics", read_statistics},
+                                       {"expect", read_expect},
                                        {"units", read_units},
                                        {"on_fail", read_on_fail},
                                        {"unmatched_baselines", read_unmatched_baselines}};
 
 }  // namespace
+
+void refuse(const Setting& setting, const std::string& what, Mistakes& mistakes) {
+  mistakes.add(setting.value.place, std::string(setting.key) + " " + what);
+}
+
+std::optional<double> read_within(const Setting& setting, const api::Range& range, Mistakes& mistakes) {
+  const auto number = read_number(setting, range.integer ? "a whole number" : "a number", mistakes);
+  if (!number) return std::nullopt;
+  const auto checked = api::in_range(*number, range, setting.key);
+  if (checked) return *checked;
+  mistakes.add(setting.value.place, checked.error().message);
+  return std::nullopt;
+}
+
+std::optional<bool> read_boolean(const Setting& setting, Mistakes& mistakes) {
+  const YamlNode& value = setting.value;
+  if (value.kind == Kind::word && (value.text == "true" || value.text == "false")) return value.text == "true";
+  refuse(setting, "must be true or false, without quotes, not " + shown(value), mistakes);
+  return std::nullopt;
+}
 
 std::span<const SettingReader> setting_readers() { return kSettings; }
 
@@ -214,7 +218,7 @@ void check_settings(const Draft& draft, Mistakes& mistakes) {
 
 std::string shown(const YamlNode& node) {
   if (node.kind == Kind::list) return "a list";
-  if (node.kind == Kind::map) return "a map";
+  if (node.kind == Kind::map) return node.keys.empty() ? "an empty map" : "a map";
   return node.kind == Kind::none ? "empty" : api::shown_text(node.text);
 }
 

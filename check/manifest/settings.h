@@ -1,9 +1,12 @@
 // Settings of a gate in a manifest: the keys of a gate or of `defaults`.
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
+#include "api/request.h"
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
 #include "check/manifest/yaml_tree.h"
@@ -32,6 +35,13 @@ struct SettingReader {
 };
 
 std::span<const SettingReader> setting_readers();
+
+// Adds the mistake "KEY what".
+void refuse(const Setting& setting, const std::string& what, Mistakes& mistakes);
+
+// Read one value, or add a mistake and return nullopt.
+std::optional<double> read_within(const Setting& setting, const api::Range& range, Mistakes& mistakes);
+std::optional<bool> read_boolean(const Setting& setting, Mistakes& mistakes);
 
 // Adds mistakes about combinations of settings. Call it when all are read.
 void check_settings(const Draft& draft, Mistakes& mistakes);

@@ -42,6 +42,7 @@ Json options_of(const Gate& gate, double max_distance) {
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
   if (gate.threads_given) json["threads"] = options.threads;
   if (gate.statistics) json["statistics"] = true;
+  if (gate.expect.of_topology()) json["topology"] = true;
   if (Json declared = units(gate.options.units); !declared.empty()) json["units"] = std::move(declared);
   if (Json limits = budget(options); !limits.empty()) json["budget"] = std::move(limits);
   return json;

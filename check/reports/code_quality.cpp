@@ -8,7 +8,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* check_name(Verdict verdict) {
+const char* check_name(const GateOutcome& outcome) {
+  const Verdict verdict = outcome.verdict();
+  if (fails_by_expectation(outcome)) return "meshgauge/expectation-not-met";
   if (verdict == Verdict::error) return "meshgauge/not-measured";
   return verdict == Verdict::fail ? "meshgauge/distance-above-limit" : "meshgauge/distance-undecided";
 }
@@ -26,7 +28,7 @@ Json finding_json(const GateOutcome& outcome, Undecided rule) {
   const std::string path = shown_name(place.file.lexically_normal().generic_string());
   return {{"type", "issue"},
           {"description", description_of(outcome)},
-          {"check_name", check_name(outcome.verdict())},
+          {"check_name", check_name(outcome)},
           {"fingerprint", fingerprint_of(outcome.gate)},
           {"severity", severity_of(outcome, rule)},
           {"location", {{"path", path}, {"lines", {{"begin", place.line}}}}}};

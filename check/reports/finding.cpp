@@ -24,6 +24,10 @@ std::string fingerprint_of(const Gate& gate) {
   return api::sha256_hex(std::as_bytes(std::span(text))).substr(0, 32);
 }
 
+bool fails_by_expectation(const GateOutcome& outcome) {
+  return outcome.measured && outcome.measured->verdict != outcome.verdict();
+}
+
 std::string description_of(const GateOutcome& outcome) {
   std::string text = "Gate '" + shown_name(outcome.gate.name) + "': " + finding_of(outcome);
   if (outcome.measured) text += ".";

@@ -23,6 +23,10 @@ std::string uri_path(const std::filesystem::path& file);
 // line changes, and differ between gates of one glob.
 std::string fingerprint_of(const Gate& gate);
 
+// Whether the gate does not pass for what it expects of the candidate, and its distance alone would give a better
+// verdict.
+bool fails_by_expectation(const GateOutcome& outcome);
+
 // Returns one line: "Gate 'bracket': the distance is at least 0.0968 mm, above the limit of 0.05 mm. Look at ..."
 std::string description_of(const GateOutcome& outcome);
 

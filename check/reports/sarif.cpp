@@ -31,9 +31,14 @@ constexpr Rule kRules[] = {
      "the limit or above it. Give the gate more time (timeout), or a limit that is not so close to the distance."},
     {Verdict::error, "MG0003", "NotMeasured", "Two meshes could not be compared.",
      "There is no interval: a file is missing or is not a mesh that can be read, or the service was not reached. The "
-     "message names the defect. A gate that was not measured never passes."}};
+     "message names the defect. A gate that was not measured never passes."},
+    {Verdict::fail, "MG0005", "ExpectationNotMet", "A mesh is not as its gate expects.",
+     "The candidate has open edges, too many triangles, another volume or the like: the message names what the gate "
+     "expects (expect) and what was found. Repair the candidate, or change what the gate expects."}};
 
-std::size_t rule_index(Verdict verdict) {
+std::size_t rule_index(const GateOutcome& outcome) {
+  if (fails_by_expectation(outcome)) return std::size(kRules) - 1;
+  const Verdict verdict = outcome.verdict();
   const auto* rule =
       std::find_if(std::begin(kRules), std::end(kRules), [&](const Rule& r) { return r.verdict == verdict; });
   return static_cast<std::size_t>(rule - std::begin(kRules));
@@ -111,7 +116,7 @@ const char* level_of(const GateOutcome& outcome, Undecided rule) {
 }
 
 Json result_of(const GateOutcome& outcome, Undecided undecided) {
-  const std::size_t rule = rule_index(outcome.verdict());
+  const std::size_t rule = rule_index(outcome);
   const std::string fingerprint = fingerprint_of(outcome.gate);
   Json meshes = Json::array();
   if (!outcome.gate.candidate.empty()) meshes.push_back(related(1, "The candidate", outcome.gate.candidate));

@@ -69,6 +69,24 @@ std::string limit_in_words(const GateOutcome& outcome, const std::string& number
          " % of the baseline's diagonal)";
 }
 
+std::string distance_in_words(const GateOutcome& outcome) {
+  if (!outcome.measured) return shown_text(outcome.advice());
+  const IntervalText figures = figures_of(*outcome.measured);
+  const std::string limit = limit_in_words(outcome, figures.limit);
+  const std::string range = std::isfinite(outcome.measured->upper)
+                                ? "between " + figures.lower + " and " + with_unit(figures.upper, outcome.unit())
+                                : "at least " + with_unit(figures.lower, outcome.unit());
+  switch (outcome.measured->verdict) {
+    case Verdict::pass:
+      return "the distance is at most " + with_unit(figures.upper, outcome.unit()) + ", within the limit of " + limit;
+    case Verdict::fail:
+      return "the distance is at least " + with_unit(figures.lower, outcome.unit()) + ", above the limit of " + limit;
+    default:
+      return "the distance is " + range + ": whether that is within the limit of " + limit + " is not known (" +
+             shown_name(outcome.measured->status) + ")";
+  }
+}
+
 }  // namespace
 
 std::string shown_name(std::string_view bytes) {
@@ -96,22 +114,20 @@ std::string interval_of(const GateOutcome& outcome) {
   return with_unit(figures.lower + " .. " + figures.upper, outcome.unit());
 }
 
-std::string finding_of(const GateOutcome& outcome) {
-  if (!outcome.measured) return shown_text(outcome.advice());
-  const IntervalText figures = figures_of(*outcome.measured);
-  const std::string limit = limit_in_words(outcome, figures.limit);
-  const std::string range = std::isfinite(outcome.measured->upper)
-                                ? "between " + figures.lower + " and " + with_unit(figures.upper, outcome.unit())
-                                : "at least " + with_unit(figures.lower, outcome.unit());
-  switch (outcome.measured->verdict) {
-    case Verdict::pass:
-      return "the distance is at most " + with_unit(figures.upper, outcome.unit()) + ", within the limit of " + limit;
-    case Verdict::fail:
-      return "the distance is at least " + with_unit(figures.lower, outcome.unit()) + ", above the limit of " + limit;
-    default:
-      return "the distance is " + range + ": whether that is within the limit of " + limit + " is not known (" +
-             shown_name(outcome.measured->status) + ")";
+std::string unmet_of(const GateOutcome& outcome) {
+  std::string text;
+  for (const Expectation& one : outcome.expectations) {
+    if (one.verdict == Verdict::pass) continue;
+    text += (text.empty() ? "" : "; ") + one.name + ": " + one.found + ", expected " + one.expected;
   }
+  return text;
+}
+
+std::string finding_of(const GateOutcome& outcome) {
+  const std::string unmet = unmet_of(outcome);
+  if (unmet.empty()) return distance_in_words(outcome);
+  return outcome.measured->verdict == Verdict::pass ? unmet + "; " + distance_in_words(outcome)
+                                                    : distance_in_words(outcome) + "; " + unmet;
 }
 
 std::string witness_of(const GateOutcome& outcome) {

@@ -23,6 +23,9 @@ std::string interval_of(const GateOutcome& outcome);
 // Returns the finding: "the distance is at least 0.0968 mm, above the limit of 0.05 mm". Without a measurement: the
 // advice.
 std::string finding_of(const GateOutcome& outcome);
+// Returns the expectations that are not met, or not decided: "triangles: 24512, expected at most 20000; ...". Empty:
+// none.
+std::string unmet_of(const GateOutcome& outcome);
 std::string advice_of(const GateOutcome& outcome);  // empty if finding_of() says it
 // Notes on the pair, one sentence each without full stop: what was converted, what looks like a wrong unit.
 std::vector<std::string> notes_of(const GateOutcome& outcome);

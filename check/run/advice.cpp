@@ -102,9 +102,11 @@ std::string GateOutcome::advice() const {
     case Verdict::pass:
       return "";
     case Verdict::fail:
+      if (measured->verdict != Verdict::fail) return "Repair the candidate, or change what the gate expects.";
       return for_fail(*this);
     case Verdict::undecided:
-      if (measured) return for_undecided(*this);
+      if (measured && measured->verdict == Verdict::undecided) return for_undecided(*this);
+      if (measured) return "Decided by " + longer_timeout(gate) + ", or by another expectation.";
       if (!error) return "Interrupted before anything was known: run it again.";
       return error->message + ": decided by " + longer_timeout(gate) + ".";
     case Verdict::error:

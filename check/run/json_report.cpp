@@ -55,6 +55,14 @@ Json json_of(const std::vector<PastRun>& runs) {
   return json;
 }
 
+Json json_of(const std::vector<Expectation>& expectations) {
+  Json json = Json::array();
+  for (const Expectation& one : expectations)
+    json.push_back(
+        {{"name", one.name}, {"verdict", to_string(one.verdict)}, {"found", one.found}, {"expected", one.expected}});
+  return json;
+}
+
 Json place(const Gate& gate) {
   if (gate.manifest.empty()) return nullptr;
   return {{"file", gate.manifest}, {"line", gate.line}};
@@ -72,6 +80,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
           {"limit", json_of(gate.limit, outcome)},
           {"distance", distance(measured)},
           {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
+          {"expectations", json_of(outcome.expectations)},
           {"notes", measured ? Json(measured->notes) : Json::array()},
           {"advice", or_null(outcome.advice())},
           {"error", json_of(outcome.error)},

@@ -74,6 +74,7 @@ class Local final : public Measurer {
     options.units = units_of(gate);
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
     if (gate.statistics) options.statistics.emplace();
+    options.topology = gate.expect.of_topology();
     options.max_distance = max_distance(gate.limit, (*baseline)->facts.diagonal);
     const auto comparison = api::compare(*candidate, *baseline, options, control, times);
     if (!comparison) return with_files(comparison.error(), gate);

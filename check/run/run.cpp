@@ -42,6 +42,7 @@ GateOutcome outcome_of(const Gate& gate, Result<Measured>&& result, Control& sto
   outcome.gate = gate;
   if (result) {
     outcome.measured = std::move(*result);
+    outcome.expectations = examined(outcome);
     return outcome;
   }
   outcome.interrupted = result.error().code == ErrorCode::out_of_time;

@@ -64,6 +64,7 @@ std::string verdict_text(const GateOutcome& outcome, Undecided rule) {
 struct Line {
   std::string verdict, name, interval, limit, time, advice;
   std::vector<std::string> notes;
+  std::string unmet;
   const char* colour;
 };
 
@@ -75,6 +76,7 @@ Line shown_line(const GateOutcome& outcome, Undecided rule) {
           time_text(outcome.wall_ms),
           outcome.advice().empty() ? "" : shown_name(outcome.advice()),
           notes_of(outcome),
+          unmet_of(outcome),
           colour_of(outcome.verdict(), outcome.level(rule))};
 }
 
@@ -94,6 +96,7 @@ std::string line_of(const Line& row, const Line& widest, bool colour) {
   std::string line = coloured(padded(row.verdict, widest.verdict.size()), row.colour, colour) + "  " +
                      padded(row.name, width_of(widest.name)) + "  " + padded(row.interval, widest.interval.size()) +
                      "  " + padded(row.limit, width_of(widest.limit)) + "  " + row.time + "\n";
+  if (!row.unmet.empty()) line += "    " + row.unmet + "\n";
   if (!row.advice.empty()) line += "    " + row.advice + "\n";
   for (const std::string& note : row.notes) line += "    note: " + note + "\n";
   return line;

@@ -75,6 +75,30 @@ TEST_CASE("manifest text: a gate's own settings stand over the defaults") {
   CHECK(!read.warn_only);
 }
 
+TEST_CASE("manifest text: what a gate expects of its candidate") {
+  CHECK(!gate("max_distance: 1").expect.of_topology());
+  const Expectations expect =
+      gate(
+          "max_distance: 1, expect: {watertight: true, triangles: {max: 20000}, degenerate: 0, components: {min: 1, "
+          "max: 3}, volume: {within: 1 %, min: 2}}")
+          .expect;
+  CHECK(expect.watertight == true);
+  CHECK(!expect.oriented);
+  CHECK(!expect.triangles->min);
+  CHECK(expect.triangles->max == 20000);
+  CHECK(expect.degenerate->min == 0);
+  CHECK(expect.degenerate->max == 0);
+  CHECK(expect.components->min == 1);
+  CHECK(expect.components->max == 3);
+  CHECK(expect.volume_within == 0.01);
+  CHECK(expect.volume->min == 2);
+  CHECK(!expect.volume->max);
+  const Expectations own = gate("max_distance: 1, expect: {oriented: false}", "expect: {watertight: true}").expect;
+  CHECK(own.oriented == false);
+  CHECK(!own.watertight);  // a gate's own stand alone
+  CHECK(gate("max_distance: 1", "expect: {components: 1}").expect.components->max == 1);
+}
+
 TEST_CASE("manifest text: the points of the defaults are for the gates that leave them their strategy") {
   CHECK(gate("max_distance: 1", "strategy: n_point, points: 31").options.points == 31);
   CHECK(gate("max_distance: 1, strategy: auto", "strategy: n_point, points: 31").options.strategy ==

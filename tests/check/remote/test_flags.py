@@ -41,6 +41,19 @@ class Command(Workplace):
                     gate.pop(chance)
         self.assertEqual(here["gates"], there["gates"])
 
+    def test_expectations_are_those_of_this_process(self):
+        self.file("copy.obj", square())
+        met, unmet = "expect: {watertight: false, oriented: true, components: 1}", "expect: {watertight: true, volume: {within: 1 %}}"
+        manifest = self.manifest([("met", "copy.obj", "flat.obj", "1", met), ("unmet", "copy.obj", "flat.obj", "1", unmet),
+                                  ("counts", "copy.obj", "flat.obj", "1", "expect: {triangles: 2, degenerate: 0}")])
+        here = self.report(1, manifest)["gates"]
+        there = self.report(1, manifest, *self.with_key())["gates"]
+        self.assertEqual([gate["verdict"] for gate in there], ["pass", "fail", "pass"])
+        self.assertEqual([gate["expectations"] for gate in here], [gate["expectations"] for gate in there])
+        self.assertEqual([one["found"] for one in there[1]["expectations"]],
+                         ["no: 4 open edges, the first at (0.5, 0, 0)", "none: the candidate is not watertight"])
+        self.assertNotIn("topology", there[2]["comparison"]["meshes"]["a"])
+
     def test_a_second_run_sends_nothing(self):
         self.exits(1, *self.pair, *self.with_key())
         self.assertEqual(count_of(self.server, "PUT", 2), 2)

@@ -24,6 +24,23 @@ class Reports(Workplace):
         json.loads(result.stdout)
         self.assertIn("FAIL", result.stderr)
 
+    def test_each_report_names_what_is_not_as_expected(self):
+        manifest = self.manifest([("part", "raised.obj", "flat.obj", "3 mm", "expect: {watertight: true, triangles: {max: 1}, components: 1}")])
+        kinds = ("json", "html", "junit", "markdown", "sarif", "code-quality")
+        result = self.exits(1, manifest, *("--%s=out.%s" % (kind, kind) for kind in kinds))
+        self.assertIn("watertight: no: 4 open edges, the first at (0.5, 0, 2) mm, expected yes; triangles: 2, expected at most 1",
+                      result.stdout)
+        for kind in kinds:
+            text = (self.folder / ("out." + kind)).read_text().replace("&#58;", ":")
+            self.assertIn("4 open edges, the first at (0.5, 0, 2) mm", text, kind)
+            self.assertIn("at most 1", text, kind)
+        sarif = json.loads((self.folder / "out.sarif").read_text())["runs"][0]
+        self.assertEqual(sarif["results"][0]["ruleId"], "MG0005")
+        self.assertEqual(sarif["tool"]["driver"]["rules"][sarif["results"][0]["ruleIndex"]]["id"], "MG0005")
+        self.assertIn("meshgauge/expectation-not-met", (self.folder / "out.code-quality").read_text())
+        self.exits(0, self.manifest([("part", "raised.obj", "flat.obj", "3 mm", "expect: {triangles: 2}")]))
+        self.exits(0, self.manifest([("part", "raised.obj", "flat.obj", "3 mm", "expect: {triangles: 1}", "on_fail: warn")]))
+
     def test_progress_is_plain_lines_without_a_terminal(self):
         result = self.exits(1, "flat.obj", "raised.obj", *self.LIMIT)
         self.assertRegex(result.stderr, r"^\[1/1\] FAIL  flat\.obj  .*\n$")
