@@ -54,7 +54,8 @@
 //      that the limit is best^2 (1 + 2^-48) + 2^-1000. Rounded to single precision, such a square may be compared
 //      with the near limit, too. (engine/kernels/kernels.h: near_limit, far_limit.)
 //
-// (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u.
+// (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u,
+//      kOverlayBaseSlack = 512u.
 //
 // (R8) Conversion to another unit. Lengths are in the new unit, not in the frame. z = fl(fl(x * p) / q) for whole p
 //      and q, which are exact.
@@ -136,15 +137,16 @@ namespace meshgauge::rounding {
 
 inline constexpr double kUnit = 0x1p-53;  // u
 
-inline constexpr double kDistanceSlack = 64 * kUnit;    // R3, without the residual
-inline constexpr double kResidualSlack = 16 * kUnit;    // R2
-inline constexpr double kUsualResidual = 512 * kUnit;   // R9
-inline constexpr double kMidpointSlack = 2 * kUnit;     // R4, a level
-inline constexpr double kSeparationSlack = 32 * kUnit;  // R5
-inline constexpr double kOffsetPad = 0x1p-22;           // R6, relative
-inline constexpr double kOverlayOffset = 128 * kUnit;   // R7
-inline constexpr double kOverlaySlack = 128 * kUnit;    // R7
-inline constexpr double kCutSlack = 48 * kUnit;         // R10
+inline constexpr double kDistanceSlack = 64 * kUnit;      // R3, without the residual
+inline constexpr double kResidualSlack = 16 * kUnit;      // R2
+inline constexpr double kUsualResidual = 512 * kUnit;     // R9
+inline constexpr double kMidpointSlack = 2 * kUnit;       // R4, a level
+inline constexpr double kSeparationSlack = 32 * kUnit;    // R5
+inline constexpr double kOffsetPad = 0x1p-22;             // R6, relative
+inline constexpr double kOverlayOffset = 128 * kUnit;     // R7
+inline constexpr double kOverlaySlack = 128 * kUnit;      // R7
+inline constexpr double kOverlayBaseSlack = 512 * kUnit;  // R7, above a base
+inline constexpr double kCutSlack = 48 * kUnit;           // R10
 
 inline constexpr double kPatchSlack = 128 * kUnit;         // R11
 inline constexpr double kPatchOffset = 128 * kUnit;        // R11

@@ -24,6 +24,7 @@ double Goal::cull_below(double lower, const Slack& slack) const {
 }
 
 double Goal::cull_within_tolerance(double lower, const Slack& slack) const {
+  if (cull_at) return *cull_at;
   return std::max(cull_below(lower, slack), lower + gap(lower, slack.to_come()));
 }
 

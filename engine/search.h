@@ -55,9 +55,10 @@ struct Slack {
 
 // When a search may end. Lengths in frame units.
 struct Goal {
-  double width = 0;            // the absolute and the diagonal rule: upper - lower <= width
-  double relative = 0;         // the relative rule: upper - lower <= relative * lower
-  std::optional<double> gate;  // Options::max_distance, less the input error
+  double width = 0;               // the absolute and the diagonal rule: upper - lower <= width
+  double relative = 0;            // the relative rule: upper - lower <= relative * lower
+  std::optional<double> gate;     // Options::max_distance, less the input error
+  std::optional<double> cull_at;  // the result of cull_within_tolerance(), whatever the lower bound is
 
   // The largest computed gap upper - lower at which a rule will hold after certifying, but at least
   // rounding::kSmallestGap. `slack`: by how much certifying will widen the interval.

@@ -6,6 +6,7 @@
 #include <new>
 #include <utility>
 
+#include "engine/area/places.h"
 #include "engine/area/quantile.h"
 #include "engine/mesh_index.h"
 #include "engine/rounding.h"
@@ -27,9 +28,6 @@ AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
   return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
 }
 
-double mean_width(const Enclosure& e) { return mean(e.high) - mean_below(e.low); }
-double square_width(const Enclosure& e) { return mean_square(e.high) - mean_square_below(e.low); }
-
 bool is_decided(const AreaOptions::Beyond& beyond, const AreaInterval& share) {
   return beyond.max_share && (share.upper <= *beyond.max_share || share.lower > *beyond.max_share);
 }
@@ -47,10 +45,10 @@ std::size_t tasks_for(std::size_t count, std::size_t each) { return (count + eac
 AreaSearch::AreaSearch(const AreaDirection& direction)
     : in_(direction),
       asked_(*direction.options.areas),
-      bounder_(direction.to, direction.error),
       weights_(direction.from, direction.error),
       stop_([this] { return in_.control.check() != Interruption::none; }),
       closed_shares_(asked_.beyond.size()) {
+  for (std::size_t i = 0; i < in_.pool.size(); ++i) bounders_.emplace_back(in_.to, in_.adjacency, in_.error);
   const int exponent = in_.frame.exponent();
   for (const auto& beyond : asked_.beyond) {
     limits_.push_back(
@@ -74,7 +72,7 @@ AreaStop AreaSearch::narrow() {
   if (!weigh()) return interrupted();
   if (area_.none()) return AreaStop::no_area;
   if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
-  if (!measure_vertices()) return interrupted();
+  if (!leave_out_decided() || !measure_vertices()) return interrupted();
   const std::optional<AreaStop> ended = bound_triangles();
   if (ended && *ended != AreaStop::budget) return *ended;
   for (;;) {
@@ -87,7 +85,7 @@ AreaStop AreaSearch::narrow() {
     const std::vector<std::size_t> chosen = choose(wanted);
     if (stop_()) return interrupted();
     if (chosen.empty()) return AreaStop::precision_floor;
-    if (!refine(chosen)) return interrupted();
+    if (!refine(chosen, wanted)) return interrupted();
   }
 }
 
@@ -100,9 +98,41 @@ bool AreaSearch::weigh() {
   });
 }
 
+// Shares alone need no more of a triangle that is within every limit, or beyond every one.
+bool AreaSearch::leave_out_decided() {
+  if (asked_.mean || !asked_.quantiles.empty()) return true;
+  double low = in_.most, high = 0;
+  for (const Limit& l : limits_) low = std::min(low, l.down), high = std::max(high, l.up);
+  const auto places = places_of(in_, low, high);
+  if (!places) return !stop_();
+  Part within, beyond;
+  within.enclosure.high = {low, low, low};
+  const double above = std::nextafter(high, 2 * in_.most);
+  beyond.enclosure = {{above, above, above}, {in_.most, in_.most, in_.most}};
+  bool any_within = false, any_beyond = false;
+  std::vector<std::uint32_t> rest;
+  const bool is_whole = each_unless(stop_, places->size(), [&](std::size_t t) {
+    const Place place = (*places)[t];
+    if (place == Place::unknown) return rest.push_back(static_cast<std::uint32_t>(t));
+    (place == Place::within ? any_within : any_beyond) = true;
+    (place == Place::within ? within : beyond).weight += weights_.of(t).weight;
+  });
+  area_.terms += places->size() - rest.size();
+  if (any_within) close(within);
+  if (any_beyond) close(beyond);
+  rest_ = std::move(rest);
+  return is_whole;
+}
+
 // A chunk of vertices starts without a hint, so that the distances do not depend on the threads.
 bool AreaSearch::measure_vertices() {
   const std::size_t count = in_.from.positions.size();
+  std::vector<bool> used(count, !rest_);
+  if (rest_) {
+    for (const std::uint32_t t : *rest_) {
+      for (const std::uint32_t v : in_.from.triangles[t]) used[v] = true;
+    }
+  }
   corners_.reserve(count);
   std::atomic<bool> stopped{false};
   for (std::size_t begin = 0; begin < count && !stopped; begin = corners_.size()) {
@@ -113,6 +143,7 @@ bool AreaSearch::measure_vertices() {
       std::uint32_t hint = Nearest::kNone;
       const std::size_t first = begin + task * kVerticesATask;
       for (std::size_t v = first; v < std::min(corners_.size(), first + kVerticesATask) && !stopped; ++v) {
+        if (!used[v]) continue;
         corners_[v] = nearest_corner(in_.to, in_.from.positions[v], work, &stop_, hint);
         hint = corners_[v].slot;
         if (!corners_[v].complete) stopped = true;
@@ -124,16 +155,17 @@ bool AreaSearch::measure_vertices() {
 
 // nullopt: all triangles are bounded. After `budget`, those that are left have the distance [0, most].
 std::optional<AreaStop> AreaSearch::bound_triangles() {
-  const std::size_t count = in_.from.triangles.size();
+  const std::size_t count = to_visit();
   std::vector<Part> parts;
   for (std::size_t begin = 0; begin < count; begin += kTasksABatch * kTrianglesATask) {
     if (stop_()) return interrupted();
     if (over_budget()) return close_unvisited(begin) ? AreaStop::budget : interrupted();
     const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
     parts.resize(end - begin);
-    in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t, std::size_t task) {
+    in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t worker, std::size_t task) {
       const std::size_t last = std::min(end, begin + (task + 1) * kTrianglesATask);
-      for (std::size_t t = begin + task * kTrianglesATask; t < last; ++t) take_triangle(t, parts[t - begin]);
+      for (std::size_t t = begin + task * kTrianglesATask; t < last; ++t)
+        take_triangle(bounders_[worker], visited(t), parts[t - begin]);
     });
     for (const Part& part : parts) is_closed(part) ? close(part) : open_.push_back(part);
   }
@@ -141,16 +173,18 @@ std::optional<AreaStop> AreaSearch::bound_triangles() {
   return std::nullopt;
 }
 
-void AreaSearch::take_triangle(std::size_t triangle, Part& part) {
+void AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, Part& part) {
+  Work work;
   const Triangle& t = in_.from.triangles[triangle];
-  part = bounder_.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight);
+  part = bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight, work);
 }
 
 bool AreaSearch::close_unvisited(std::size_t begin) {
-  const std::size_t count = in_.from.triangles.size() - begin;
+  const std::size_t count = to_visit() - begin;
   Part part;
   part.enclosure.high = {in_.most, in_.most, in_.most};
-  if (!each_unless(stop_, count, [&](std::size_t t) { part.weight += weights_.of(begin + t).weight; })) return false;
+  if (!each_unless(stop_, count, [&](std::size_t t) { part.weight += weights_.of(visited(begin + t)).weight; }))
+    return false;
   area_.terms += count;
   close(part);
   return true;
@@ -172,7 +206,7 @@ double AreaSearch::tolerance_of(double length) const {
 
 // Whether all parts together would be within the tolerances if each were as narrow as this one.
 bool AreaSearch::is_closed(const Part& part) const {
-  if (!bounder_.can_narrow(part)) return true;
+  if (!bounders_[0].can_narrow(part)) return true;
   const Enclosure& e = part.enclosure;
   for (std::size_t k = 0; k < limits_.size(); ++k) {
     const double width = share_beyond(e.high, limits_[k].down) - share_beyond(e.low, limits_[k].up);
@@ -227,7 +261,7 @@ bool AreaSearch::update_quantiles(const TotalArea& area) {
   return true;
 }
 
-AreaSearch::Demand AreaSearch::demand() const {
+Demand AreaSearch::demand() const {
   Demand demand;
   for (std::size_t k = 0; k < limits_.size(); ++k) {
     const AreaInterval& share = known_.beyond[k];
@@ -264,18 +298,6 @@ void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) cons
   for (const double t : at) demand.probes.push_back({t, t, scale});
 }
 
-double AreaSearch::contribution(const Part& part, const Demand& demand) const {
-  const Enclosure& e = part.enclosure;
-  double most_wanted = 0;
-  for (const Probe& probe : demand.probes) {
-    const double high = share_beyond(e.high, probe.down);
-    if (high > 0) most_wanted = std::max(most_wanted, probe.scale * (high - share_beyond(e.low, probe.up)));
-  }
-  if (demand.mean > 0) most_wanted = std::max(most_wanted, demand.mean * mean_width(e));
-  if (demand.square > 0) most_wanted = std::max(most_wanted, demand.square * square_width(e));
-  return part.weight * most_wanted;
-}
-
 // The parts with the largest contributions, by powers of two. Closes parts that need no more work.
 std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
   constexpr int kBins = 128;
@@ -289,7 +311,7 @@ std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
   double total = 0;
   bins.reserve(open_.size());
   each_unless(stop_, open_.size(), [&](std::size_t i) {
-    const double wanted = contribution(open_[i], demand) / area_.weight;
+    const double wanted = demand.contribution(open_[i]) / area_.weight;
     bins.push_back(wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins);
     if (wanted > 0) sums[static_cast<std::size_t>(bins.back())] += wanted;
     total += wanted;
@@ -311,7 +333,7 @@ std::size_t AreaSearch::most_chosen() const {
 }
 
 // Gives each chosen part a lower function, or else bisects it. False: interrupted, and nothing has changed.
-bool AreaSearch::refine(const std::vector<std::size_t>& chosen) {
+bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& demand) {
   std::vector<Refined> found(chosen.size());
   std::atomic<bool> stopped{false};
   std::vector<Work> works(in_.pool.size());
@@ -321,9 +343,15 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen) {
     for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
       Refined& refined = found[i];
       refined.first = open_[chosen[i]];
+      const auto bound = [&](Part& part) {
+        if (!bounders_[worker].bound_below(part, works[worker], &stop_)) stopped = true;
+      };
       if (!refined.first.has_low) {
-        if (!bounder_.bound_below(refined.first, works[worker], &stop_)) stopped = true;
-      } else if (auto parts = bounder_.split(refined.first, works[worker], &stop_)) {
+        bound(refined.first);
+      } else if (auto parts = bounders_[worker].split(refined.first, works[worker], &stop_)) {
+        for (Part& half : *parts) {
+          if (demand.contribution(half) > 0) bound(half);
+        }
         refined = {(*parts)[0], (*parts)[1], true};
       } else {
         stopped = true;

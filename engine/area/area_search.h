@@ -1,13 +1,15 @@
 // The search for the intervals of engine/area.h, in one direction: from mesh A to mesh B, in the unit frame.
 //
-//  1. The distance of each vertex of A, then an upper function for each triangle (part.h). What the questions need no
-//     more of is closed at once.
-//  2. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
-//     that contribute most to the widths get a lower function or are bisected.
+//  1. If shares alone are asked for, the triangles of A that are within every limit, or beyond every one, are closed at
+//     once: places.h.
+//  2. The distance of each vertex of the others, then an upper function for each triangle (part.h). What the questions
+//     need no more of is closed.
+//  3. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
+//     that contribute most to the widths get a lower function or are cut.
 //
 // The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
 // Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
-// number of threads.
+// number of threads, after 1, whose sweep may leave out other triangles.
 #pragma once
 
 #include <atomic>
@@ -18,6 +20,7 @@
 #include <vector>
 
 #include "engine/area.h"
+#include "engine/area/demand.h"
 #include "engine/area/part.h"
 #include "engine/area/totals.h"
 #include "engine/area/weights.h"
@@ -32,7 +35,9 @@ namespace meshgauge {
 // The input of one direction. Lengths in frame units.
 struct AreaDirection {
   const OrderedMesh& from;
-  const Bvh& to;
+  const OrderedMesh& to_mesh;
+  const Bvh& to;               // over to_mesh
+  const Adjacency& adjacency;  // of to_mesh
   const Frame& frame;
   const Options& options;  // areas, max_memory_bytes, max_work_items
   double most;             // upper bound of the distance of every point of `from`
@@ -51,37 +56,27 @@ class AreaSearch {
   AreaBounds run();
 
  private:
-  // A limit of distance with the scale of the shares' widths that it adds to a part's contribution.
-  struct Probe {
-    double down, up;
-    double scale;
-  };
-  // What is still too wide, as scales of a part's widths.
-  struct Demand {
-    std::vector<Probe> probes;
-    double mean = 0;
-    double square = 0;
-    bool met() const { return probes.empty() && mean == 0 && square == 0; }
-  };
   struct Limit {
     double down, up;
   };
 
   bool weigh();
+  bool leave_out_decided();
   bool measure_vertices();
   std::optional<AreaStop> bound_triangles();
-  void take_triangle(std::size_t triangle, Part& part);
+  void take_triangle(PartBounder& bounder, std::size_t triangle, Part& part);
+  std::size_t to_visit() const { return rest_ ? rest_->size() : in_.from.triangles.size(); }
+  std::size_t visited(std::size_t i) const { return rest_ ? (*rest_)[i] : i; }
   AreaStop narrow();
   bool update();
   bool update_quantiles(const TotalArea& area);
   Demand demand() const;
   void demand_quantile(const AreaInterval& known, Demand& demand) const;
-  double contribution(const Part& part, const Demand& demand) const;
   double tolerance_of(double length) const;
   bool is_closed(const Part& part) const;
   void close(const Part& part);
   bool close_unvisited(std::size_t begin);
-  bool refine(const std::vector<std::size_t>& chosen);
+  bool refine(const std::vector<std::size_t>& chosen, const Demand& demand);
   std::vector<std::size_t> choose(const Demand& demand);
   std::size_t most_chosen() const;
   bool over_budget() const;
@@ -90,11 +85,12 @@ class AreaSearch {
 
   const AreaDirection in_;
   const AreaOptions& asked_;
-  const PartBounder bounder_;
+  std::deque<PartBounder> bounders_;  // one for each thread
   const AreaWeights weights_;
   const Interrupted stop_;
-  std::vector<Limit> limits_;   // AreaOptions::beyond in frame units
-  LargeArray<Corner> corners_;  // by vertex of A
+  std::vector<Limit> limits_;                       // AreaOptions::beyond in frame units
+  std::optional<std::vector<std::uint32_t>> rest_;  // the triangles of A to visit, ascending; nullopt: all
+  LargeArray<Corner> corners_;                      // by vertex of A
   TotalArea area_;
 
   std::deque<Part> open_;                 // deques: a vector would hold three copies while it grows

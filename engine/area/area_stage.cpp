@@ -45,8 +45,11 @@ AreaBounds bounds_of(const MeasuredDirection& direction, const MeasuredPair& pai
   if (upper == 0) return nothing_known(*options.areas, 0, AreaStop::complete);
   try {
     const OrderedMesh* from = direction.from.framed->order(control, pool);
-    const Bvh* to = from ? direction.to.framed->tree(control, pool) : nullptr;
-    if (!to) {
+    const OrderedMesh* to_mesh = from ? direction.to.framed->order(control, pool) : nullptr;
+    const Bvh* to = to_mesh ? direction.to.framed->tree(control, pool) : nullptr;
+    const Interrupted late = [&control] { return control.check() != Interruption::none; };
+    const Adjacency* adjacency = to ? direction.to.framed->adjacency(pool, late) : nullptr;
+    if (!adjacency) {
       const bool is_late = control.check() == Interruption::timeout;
       return nothing_known(*options.areas, upper, is_late ? AreaStop::timeout : AreaStop::cancelled);
     }
@@ -54,7 +57,8 @@ AreaBounds bounds_of(const MeasuredDirection& direction, const MeasuredPair& pai
     const double most = length_to_frame_up(pair.frame, upper);
     if (!(most <= kLongest && error <= kLongest))
       return nothing_known(*options.areas, upper, AreaStop::precision_floor);
-    return AreaSearch({*from, *to, pair.frame, options, most, upper, error, pool, control, tell}).run();
+    return AreaSearch({*from, *to_mesh, *to, *adjacency, pair.frame, options, most, upper, error, pool, control, tell})
+        .run();
   } catch (const std::bad_alloc&) {
     return nothing_known(*options.areas, upper, AreaStop::budget);
   }

@@ -38,6 +38,7 @@ class Minorant {
 
   const Linear& values() const { return values_; }
   const Vec3& centre() const { return centre_; }
+  double sum() const { return values_[0] + values_[1] + values_[2]; }
   double most() const { return std::max({values_[0], values_[1], values_[2]}); }
   // A box farther than this from the centre cannot lower any value.
   double reach() const { return std::max(most(), 0.0) + radius_; }
@@ -51,6 +52,15 @@ class Minorant {
       if (is_above(shared_[d].heights, top)) return true;
     }
     return false;
+  }
+
+  // False: the triangle is farther than reach() from the centre.
+  bool is_near(std::uint32_t slot) const {
+    const MeshView mesh = to_.mesh();
+    const Vec3 a = mesh.corner(slot, 0), b = mesh.corner(slot, 1), c = mesh.corner(slot, 2);
+    const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    const double off_sq = (low - centre_).cwiseMax(centre_ - high).cwiseMax(0.0).squaredNorm();
+    return off_sq <= far_limit(reach() * reach());
   }
 
   // Takes triangle `slot` into account.
@@ -155,7 +165,7 @@ std::size_t push_children(const WideNode& node, const Minorant& minorant, WalkEn
 
 }  // namespace
 
-std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, Work& work,
+std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, double least_sum, Work& work,
                                       const Interrupted* stop) {
   Minorant minorant(to, corners);
   Polling polling(stop, work.triangle_tests);
@@ -163,7 +173,7 @@ std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>
   std::size_t size = 0;
   std::uint64_t boxes = 0;
   stack[size++] = {0, Bvh::kRoot};
-  while (size > 0 && minorant.most() > 0) {
+  while (size > 0 && minorant.most() > 0 && minorant.sum() > least_sum) {
     const WalkEntry entry = stack[--size];
     const double reach = minorant.reach();
     if (entry.distance_sq > near_limit(reach * reach)) continue;
@@ -174,11 +184,14 @@ std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>
       continue;
     }
     const std::uint32_t block = entry.child & ~WideNode::kLeaf;
-    for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) minorant.add(t);
+    for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) {
+      if (minorant.is_near(t)) minorant.add(t);
+    }
     work.triangle_tests += kTestsOfOne * kLanes;
     if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
   }
-  return minorant.most() > 0 ? minorant.values() : Linear{};
+  if (minorant.most() <= 0) return Linear{};
+  return minorant.sum() > least_sum ? minorant.values() : kNoMinorant;
 }
 
 }  // namespace meshgauge

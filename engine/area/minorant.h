@@ -23,9 +23,10 @@
 
 namespace meshgauge {
 
-// Returns values of at most `corners[i].distance`. nullopt: `stop`, which is polled about every 0.1 ms, returned true.
-// Thread safe. Precondition: the corners have slots of `to`.
-std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, Work& work,
+// Returns values of at most `corners[i].distance`, or kNoMinorant when their sum would be at most `least_sum`. nullopt:
+// `stop`, which is polled about every 0.1 ms, returned true. Thread safe. Precondition: the corners have slots of `to`.
+inline constexpr Linear kNoMinorant{-1e300, -1e300, -1e300};
+std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, double least_sum, Work& work,
                                       const Interrupted* stop);
 
 }  // namespace meshgauge

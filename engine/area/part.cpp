@@ -1,6 +1,8 @@
 #include "engine/area/part.h"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -29,11 +31,11 @@ double longest(const std::array<Corner, 3>& corners) {
   return (corners[edge.a].point - corners[edge.b].point).norm();
 }
 
-// Where the distance to one owner passes that to the other on the way from a to b.
-double crossing(const PreparedTriangle& of_a, const PreparedTriangle& of_b, const Vec3& a, const Vec3& b) {
-  constexpr int kSteps = 5;
+// Where the distance to one owner passes that to the other on the way from a to b, within `resolution`.
+double crossing(const PreparedTriangle& of_a, const PreparedTriangle& of_b, const Vec3& a, const Vec3& b,
+                double resolution) {
   double low = 0, high = 1;
-  for (int i = 0; i < kSteps; ++i) {
+  while (high - low > resolution) {
     const double middle = (low + high) / 2;
     const Vec3 p = a + middle * (b - a);
     (distance(of_a, p) < distance(of_b, p) ? low : high) = middle;
@@ -54,7 +56,7 @@ double PartBounder::slack_low(std::uint32_t depth) const {
 // d(x,B) <= d(x,T), which is convex, for the triangle T nearest to a corner. And for x = sum w_i p_i,
 // d(x,B) <= sum w_i (d_i + |x - p_i|), where sum w_i |x - p_i| is at most the root of sum w_i |x - p_i|^2, which is at
 // most that about the centre m of the smallest circle, sum w_i |m - p_i|^2 <= R^2.
-Linear PartBounder::high_of(const Part& part) const {
+Linear PartBounder::high_of(const Part& part, Work& work) {
   const auto& corners = part.corners;
   constexpr double kRoundUp = 1 + 0x1p-47;  // lipschitz.h
   const double radius = kRoundUp * enclosing_radius(corners[0].point, corners[1].point, corners[2].point);
@@ -70,55 +72,89 @@ Linear PartBounder::high_of(const Part& part) const {
     }
     if (sum(high) < sum(best)) best = high;
   }
+  lower_by_overlay(part, best, work);
   for (double& value : best) value += slack_high(part.depth);
   return best;
 }
 
-Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight) const {
+// Where several triangles of B lie under the part, none of them bounds it well. The overlay bounds the distance above
+// the linear function of the corners' distances.
+void PartBounder::lower_by_overlay(const Part& part, Linear& high, Work& work) {
+  constexpr double kLoose = 1.02;  // below that many times the distances, little is to be gained
+  constexpr std::size_t kMaxVisits = 32;
+  const auto& [a, b, c] = part.corners;
+  const double distances = a.distance + b.distance + c.distance;
+  const double room = (sum(high) - distances) / 3;
+  if (sum(high) <= kLoose * distances || room <= 2 * rounding::kOverlayBaseSlack) return;
+  const Vec3 x = b.point - a.point, y = c.point - a.point, normal = x.cross(y);
+  Overlay::Base base{a.point, a.distance};
+  base.slope = ((b.distance - a.distance) * y.cross(normal) + (c.distance - a.distance) * normal.cross(x)) /
+               normal.squaredNorm();
+  if (!(base.slope.squaredNorm() <= Overlay::kMostSlope * Overlay::kMostSlope)) return;  // or not a number
+  Piece piece;
+  piece.corners = part.corners;
+  const auto attempt = overlay_.attempt(piece, std::array{a.slot, b.slot, c.slot}, room, kMaxVisits, work, &base);
+  if (!attempt.upper) return;
+  for (std::size_t i = 0; i < 3; ++i) high[i] = base(part.corners[i].point) + *attempt.upper;
+}
+
+Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, Work& work) {
   Part part{corners, {}, weight};
-  part.enclosure.high = high_of(part);
+  part.enclosure.high = high_of(part, work);
   return part;
 }
 
-bool PartBounder::bound_below(Part& part, Work& work, const Interrupted* stop) const {
-  const auto minorant = linear_minorant(to_, part.corners, work, stop);
+bool PartBounder::bound_below(Part& part, Work& work, const Interrupted* stop) {
+  const double slack = slack_low(part.depth);
+  const auto minorant = linear_minorant(to_, part.corners, sum(part.enclosure.low) + 3 * slack, work, stop);
   if (!minorant) return false;
   Linear low = *minorant;
-  for (double& value : low) value -= slack_low(part.depth);
-  if (sum(low) > sum(part.enclosure.low) || !part.has_low) part.enclosure.low = low;
+  for (double& value : low) value -= slack;
+  if (sum(low) > sum(part.enclosure.low)) part.enclosure.low = low;
   part.has_low = true;
   return true;
 }
 
-// Cuts at a crease of the distance where one crosses an edge: where the owner changes, or where A crosses B. Otherwise
-// bisects the longest edge. Any cut is right; these leave parts on which the distance is nearly linear.
+// Cuts at a crease of the distance where one crosses an edge, the longest that has one; otherwise bisects the longest
+// edge. Any cut is right; these leave parts on which the distance is nearly linear.
 PartCut PartBounder::cut_of(const Part& part) const {
-  constexpr double kLeast = 1.0 / 16;     // nearer to a corner it is not worth a cut
   constexpr std::uint32_t kDeepest = 24;  // bisecting is sure to make parts short
-  PartCut best = longest_edge(part.corners);
-  if (part.depth > kDeepest) return best;
-  double longest = 0;
+  if (part.depth > kDeepest) return longest_edge(part.corners);
+  std::array<std::pair<double, std::size_t>, 3> edges;
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t j = (i + 1) % 3;
-    const Corner &a = part.corners[i], &b = part.corners[j];
-    const double length = (b.point - a.point).squaredNorm();
-    if (length <= longest) continue;
-    const auto at = crease(a, b);
-    if (at && *at >= kLeast && *at <= 1 - kLeast) longest = length, best = {i, j, (i + 2) % 3, *at};
+    edges[i] = {(part.corners[(i + 1) % 3].point - part.corners[i].point).norm(), i};
   }
-  return best;
+  std::sort(edges.begin(), edges.end(), std::greater());
+  for (const auto& [length, i] : edges) {
+    const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    if (const auto at = crease(part.corners[i], part.corners[j], length)) return {i, j, k, *at};
+  }
+  return longest_edge(part.corners);
 }
 
-std::optional<double> PartBounder::crease(const Corner& a, const Corner& b) const {
-  const PreparedTriangle of_a = to_.prepared(a.slot);
-  if (a.slot != b.slot) return crossing(of_a, to_.prepared(b.slot), a.point, b.point);
-  const Vec3 normal = of_a.e1.cross(of_a.e2);
-  const double above_a = (a.point - of_a.a).dot(normal), above_b = (b.point - of_a.a).dot(normal);
+// Where the owner changes on the way from a to b or, if one owner has nearly all of it, where A crosses the plane of
+// that. A change of owner is found to within a share of the distances: nearer to it than that, the other owner's
+// distance is as good.
+std::optional<double> PartBounder::crease(const Corner& a, const Corner& b, double length) const {
+  constexpr double kShare = 1.0 / 8, kFinest = 0x1p-30, kCoarsest = 1.0 / 64;
+  constexpr double kLeast = 1.0 / 32;  // nearer to a corner a crossing is not worth a cut
+  const PreparedTriangle of_a = to_.prepared(a.slot), of_b = to_.prepared(b.slot);
+  const PreparedTriangle* owner = &of_a;
+  if (a.slot != b.slot) {
+    const double resolution = std::clamp(kShare * std::max(a.distance, b.distance) / length, kFinest, kCoarsest);
+    const double at = crossing(of_a, of_b, a.point, b.point, resolution);
+    if (at >= 2 * resolution && at <= 1 - 2 * resolution) return at;
+    if (at < 0.5) owner = &of_b;
+  }
+  const Vec3 normal = owner->e1.cross(owner->e2);
+  const double above_a = (a.point - owner->a).dot(normal), above_b = (b.point - owner->a).dot(normal);
   if (above_a * above_b >= 0) return std::nullopt;
-  return above_a / (above_a - above_b);
+  const double at = above_a / (above_a - above_b);
+  if (!(at >= kLeast && at <= 1 - kLeast)) return std::nullopt;
+  return at;
 }
 
-std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& work, const Interrupted* stop) const {
+std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& work, const Interrupted* stop) {
   const PartCut cut = cut_of(part);
   const Corner &a = part.corners[cut.a], &b = part.corners[cut.b], &c = part.corners[cut.c];
   ++work.subdivisions;
@@ -132,15 +168,12 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
     half.corners = {part.corners[end], between, c};
     half.weight = part.weight * (second ? 1 - cut.at : cut.at);
     half.depth = part.depth + 1;
-    half.enclosure.high = high_of(half);
+    half.enclosure.high = high_of(half, work);
     // The parent's functions hold on the exact part, up to the rounding of the new value.
     const Enclosure& known = part.enclosure;
     const Linear high{known.high[end], value(known.high) + rounding::kCutValueSlack, known.high[cut.c]};
     if (sum(high) < sum(half.enclosure.high)) half.enclosure.high = high;
-    if (!part.has_low) continue;
     half.enclosure.low = {known.low[end], value(known.low) - rounding::kCutValueSlack, known.low[cut.c]};
-    half.has_low = true;
-    if (!bound_below(half, work, stop)) return std::nullopt;
   }
   return parts;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "engine/area/enclosure.h"
+#include "engine/bounds/overlay.h"
 #include "engine/bounds/piece.h"
 #include "engine/bvh.h"
 
@@ -18,7 +19,7 @@ struct Part {
   Enclosure enclosure;
   double weight = 0;  // of its area: AreaWeights
   std::uint32_t depth = 0;
-  bool has_low = false;  // enclosure.low is a linear_minorant(), not 0
+  bool has_low = false;  // enclosure.low is that of its own linear_minorant() or better
 };
 
 // A cut of a part from a point of the edge ab to the corner c: numbers of corners.
@@ -27,30 +28,35 @@ struct PartCut {
   double at = 0.5;  // the point is a + at * (b - a)
 };
 
-// Bounds parts. Thread safe: the callers' Work is all that changes.
+// Bounds parts. One object for each thread.
 class PartBounder {
  public:
-  // `error`: how far the surfaces may be from the exact ones that they stand for (InputError), in frame units.
-  PartBounder(const Bvh& to, double error) : to_(to), error_(error) {}
+  // `adjacency`: of `to`. `error`: how far the surfaces may be from the exact ones that they stand for (InputError), in
+  // frame units.
+  PartBounder(const Bvh& to, const Adjacency& adjacency, double error)
+      : to_(to), error_(error), overlay_(to, adjacency) {}
 
   // A whole triangle with measured corners; its enclosure has an upper function and no lower one.
-  Part whole(const std::array<Corner, 3>& corners, double weight) const;
+  Part whole(const std::array<Corner, 3>& corners, double weight, Work& work);
   // Adds a lower function. False: `stop` returned true; the part is unchanged.
-  bool bound_below(Part& part, Work& work, const Interrupted* stop) const;
-  // Cuts the part in two, each enclosed as the whole or more narrowly. nullopt: `stop` returned true.
-  std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop) const;
+  bool bound_below(Part& part, Work& work, const Interrupted* stop);
+  // Cuts the part in two, each enclosed as the whole or more narrowly, without a lower function of its own. nullopt:
+  // `stop` returned true.
+  std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop);
   // Whether more work can narrow the enclosure: rounding is not most of its width, nor all of the part.
   bool can_narrow(const Part& part) const;
 
  private:
   double slack_high(std::uint32_t depth) const;
   double slack_low(std::uint32_t depth) const;
-  Linear high_of(const Part& part) const;
+  Linear high_of(const Part& part, Work& work);
+  void lower_by_overlay(const Part& part, Linear& high, Work& work);
   PartCut cut_of(const Part& part) const;
-  std::optional<double> crease(const Corner& a, const Corner& b) const;
+  std::optional<double> crease(const Corner& a, const Corner& b, double length) const;
 
   const Bvh& to_;
   const double error_;
+  Overlay overlay_;
 };
 
 }  // namespace meshgauge

@@ -37,11 +37,12 @@ struct Overlay::View {
   Polygon piece;
   std::array<HalfPlane, 3> sides;
   Vec2 start = Vec2::Zero();  // y0
-  double limit_sq = 0;
-  double farthest_sq = 0;  // square of the bound so far
+  double limit = 0;
+  double farthest = 0;  // the bound so far
+  const Base* base = nullptr;
   std::optional<Vec3> too_far;
 
-  View(const PreparedTriangle& prepared, double limit) : frame(prepared), limit_sq(limit * limit) {
+  View(const PreparedTriangle& prepared, double most, const Base* above) : frame(prepared), limit(most), base(above) {
     piece = Polygon{Vec2(0, 0), Vec2(frame.length, 0), Vec2(frame.cx, frame.cy)};
     for (std::size_t i = 0; i < 3; ++i) sides[i] = left_of(piece.corners[i], piece.corners[(i + 1) % 3]);
   }
@@ -112,8 +113,9 @@ struct Overlay::View {
     work.triangle_tests += polygon.size;
     for (std::size_t i = 0; i < polygon.size; ++i) {
       const Vec3 p = point(polygon.corners[i]);
-      farthest_sq = std::max(farthest_sq, (p - closest_point(triangle, p)).squaredNorm());
-      if (farthest_sq > limit_sq) {
+      const double distance = (p - closest_point(triangle, p)).norm();
+      farthest = std::max(farthest, base ? distance - (*base)(p) : distance);
+      if (farthest > limit) {
         too_far = p;
         return false;
       }
@@ -123,9 +125,16 @@ struct Overlay::View {
 
   // Adds the whole image to the bound. False: it exceeds the limit, and the bound is unchanged.
   bool add_whole(const Image& image) {
-    const double most = std::max({image.corners[0].off_sq, image.corners[1].off_sq, image.corners[2].off_sq});
-    if (most > limit_sq) return false;
-    farthest_sq = std::max(farthest_sq, most);
+    double most = std::max({image.corners[0].off_sq, image.corners[1].off_sq, image.corners[2].off_sq});
+    most = std::sqrt(most);
+    if (base) {
+      most = 0;
+      for (const Seen& corner : image.corners) {
+        most = std::max(most, std::sqrt(corner.off_sq) - (*base)(point(corner.at)));
+      }
+    }
+    if (most > limit) return false;
+    farthest = std::max(farthest, most);
     return true;
   }
 
@@ -164,14 +173,15 @@ Overlay::Overlay(const Bvh& target, const Adjacency& adjacency) : target_(target
 Overlay::~Overlay() = default;
 
 Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit,
-                                  std::size_t max_visits, Work& work) {
+                                  std::size_t max_visits, Work& work, const Base* base) {
   const auto& [p0, p1, p2] = piece.corners;
   const Preparation prepared = prepare(p0.point, p1.point, p2.point);
   if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset)
     return {true, std::nullopt, std::nullopt};
 
-  if (!(limit > rounding::kOverlaySlack)) return {true, std::nullopt, std::nullopt};  // the slack alone exceeds it
-  View view(prepared.triangle, limit - rounding::kOverlaySlack);
+  const double slack = base ? rounding::kOverlayBaseSlack : rounding::kOverlaySlack;
+  if (!(limit > slack)) return {true, std::nullopt, std::nullopt};  // the slack alone exceeds it
+  View view(prepared.triangle, limit - slack, base);
   open_.clear();
   seen_.start(3 * max_visits + 1);  // each visit opens at most three
   for (const std::uint32_t t : starts) {
@@ -189,7 +199,7 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
     open_.pop_back();
     if (!visit(view, image, work)) return {true, std::nullopt, view.too_far};
   }
-  return {true, std::sqrt(view.farthest_sq) + rounding::kOverlaySlack, std::nullopt};
+  return {true, view.farthest + slack, std::nullopt};
 }
 
 // Bounds the part of the piece that the image covers and opens the neighbours. False: the bound fails.

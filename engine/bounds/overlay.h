@@ -43,6 +43,10 @@
 //
 //  6. A corner's point in space errs by 10u, and by 36u from clipping. P itself is off by the residual of its frame,
 //     which is at most 32u, or the attempt fails. kOverlaySlack = 128u is added to the result.
+//
+//  7. A base changes by at most twice what a point errs by, 6: 2 * 78u; its value errs by 64u, once there and once
+//  where
+//     the caller adds it. kOverlayBaseSlack = 512u is added instead.
 #pragma once
 
 #include <optional>
@@ -83,18 +87,28 @@ class Overlay {
   Overlay(const Bvh& target, const Adjacency& adjacency);
   ~Overlay();
 
+  // A function value + slope . (x - origin) to bound the distance above: upper bounds d(x,B) - base(x) for all x of the
+  // piece. The statement above holds for d(.,T) - base, too, which is convex. Precondition: |slope| <= kMostSlope.
+  struct Base {
+    Vec3 origin;
+    double value = 0;
+    Vec3 slope = Vec3::Zero();
+    double operator()(const Vec3& x) const { return value + slope.dot(x - origin); }
+  };
+  static constexpr double kMostSlope = 2;
+
   struct Attempt {
     bool started = false;         // one of `starts` lies over the piece, or the bound is impossible for it
-    std::optional<double> upper;  // upper bound of h(piece, B), slack included, at most `limit`; nullopt: failed
+    std::optional<double> upper;  // of h(piece, B), or above the base, slack included, at most `limit`; nullopt: failed
     std::optional<Vec3> too_far;  // after a failure, if known: an attempt for a part that holds this point fails, too
   };
 
   // Tries to show that h(piece, B) is at most `limit`. Fails as soon as that is refuted, when more than `max_visits`
   // triangles lie over the piece, or when an image is too thin or the frame too coarse (3 and 6 above). `starts`:
-  // triangles of B; the flood begins in the first one that lies over the piece. Adds the computed point-triangle
-  // distances to `work`.
+  // triangles of B; the flood begins in the first one that lies over the piece. `base`: null: 0. Adds the computed
+  // point-triangle distances to `work`.
   Attempt attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit, std::size_t max_visits,
-                  Work& work);
+                  Work& work, const Base* base = nullptr);
 
  private:
   struct View;

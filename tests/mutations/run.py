@@ -3,8 +3,8 @@
 
 usage: run.py [--check] [--only TEXT ...] [--markdown]
 
-Each mutation replaces one exact piece of text in a copy of the sources, builds engine_tests and fuzz_certify, and runs them. A
-mutation that survives or does not compile makes the run fail; so does, before anything is built, one of the whole list that no
+Each mutation replaces one exact piece of text in a copy of the sources, builds engine_tests and fuzz_certify (fuzz_areas for
+those of the areas), and runs them. A mutation that survives or does not compile makes the run fail; so does, before anything is built, one of the whole list that no
 longer applies. docs/mutations.md records the last full run.
 """
 import argparse
@@ -18,6 +18,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SECONDS = "25"  # of fuzz_certify on one thread; the unmutated engine passes hundreds of thousands of pairs
+AREA_PAIRS = "3000"
 
 # what it breaks, file, text, replacement
 MUTATIONS = [
@@ -126,6 +127,20 @@ MUTATIONS = [
      "    if (!view.add(target_.prepared(image.triangle), view.shadow(side, a.at, b.at), work)) return false;\n", ""),
     ("the flood enters neighbours that fold back", "engine/bounds/overlay.cpp",
      "if (!side.surely_outside(view.image_of(apex), kOffset)) continue;", "(void)side;"),
+    # certified areas
+    ("areas: what is nearly within a limit counts as within", "engine/area/places.cpp", "low_(low - slack_)", "low_(low * 1.2)"),
+    ("areas: a block counts as beyond by its middle", "engine/area/places.cpp",
+     "if (below && *below - radius > high_)", "if (below && *below > high_)"),
+    ("areas: what the sweep keeps counts as within", "engine/area/places.cpp",
+     "if (place == Place::within) place = Place::unknown;", "(void)place;"),
+    ("areas: what lies above the overlay's base is lost", "engine/area/part.cpp",
+     "base(part.corners[i].point) + *attempt.upper", "base(part.corners[i].point)"),
+    ("areas: triangles near the middle alone lower the lower function", "engine/area/minorant.cpp",
+     "off_sq <= far_limit(reach() * reach())", "off_sq <= far_limit(reach() * reach() / 16)"),
+    ("areas: a cut divides the area in halves", "engine/area/part.cpp",
+     "part.weight * (second ? 1 - cut.at : cut.at)", "part.weight / 2"),
+    ("areas: a quantile is sought by a smaller share", "engine/area/quantile.cpp",
+     "share(sum).upper <= 1 - p - kRound", "share(sum).upper <= 1 - 0.9 * p - kRound"),
 ]
 
 
@@ -133,9 +148,11 @@ def run(command, **kwargs):
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, **kwargs)
 
 
-def caught_by(build, in_full=False):
+def caught_by(build, in_full=False, areas=False):
     """The first test that fails with its message, or None. The whole run: a campaign goes on after its first violation."""
     fuzz = ["tests/fuzz/fuzz_certify", "--seconds", SECONDS, "--threads", "1"] + ["--keep-going"] * in_full
+    if areas:
+        fuzz = ["tests/fuzz/fuzz_areas", "--pairs", AREA_PAIRS]
     for command, figures in ((fuzz, figures_of_campaign), (["tests/engine/engine_tests"], figures_of_tests)):
         name = pathlib.Path(command[0]).name
         try:
@@ -149,7 +166,7 @@ def caught_by(build, in_full=False):
 
 def figures_of_campaign(text):
     """How many pairs, and how many violations of each kind."""
-    violations = collections.Counter()
+    violations = collections.Counter(re.findall(r"^VIOLATION of '(\w+)'", text, re.M))  # fuzz_areas ends at its first
     for count, kind in re.findall(r"^(\d+) violations of (\w+)", text, re.M):
         violations[kind] += int(count)
     pairs = re.findall(r"(\d+) pairs ", text)
@@ -166,7 +183,7 @@ def build_tree(source, build, configure):
                     "-DMESHGAUGE_BUILD_SERVICE=OFF", "-DMESHGAUGE_WERROR=OFF"])
         if done.returncode != 0:
             return done
-    return run(["cmake", "--build", str(build), "--target", "engine_tests", "fuzz_certify"])
+    return run(["cmake", "--build", str(build), "--target", "engine_tests", "fuzz_certify", "fuzz_areas"])
 
 
 def places(root, name, text):
@@ -199,7 +216,7 @@ def main():
             original = path.read_text()
             path.write_text(original.replace(text, replacement))
             built = build_tree(source, build, False)
-            verdict = ("DOES NOT COMPILE", "", "") if built.returncode else caught_by(build, args.markdown)
+            verdict = ("DOES NOT COMPILE", "", "") if built.returncode else caught_by(build, args.markdown, what.startswith("areas:"))
             path.write_text(original)
             verdict = verdict or ("SURVIVES", "", "")
             failures += verdict[0].isupper()
