@@ -81,6 +81,25 @@ TEST_CASE("area: a tilted patch over a plane, with distances uniform on [0, 1]")
   CHECK(holds(*found.rms, std::sqrt(1.0 / 3)));
 }
 
+TEST_CASE("area: shares alone leave out what is within every limit or beyond all") {
+  Mesh fine = shapes::grid(40);
+  for (Vec3& p : fine.positions) p.z() = p.x();
+  AreaOptions asked;
+  asked.beyond = {{0.25, {}}, {0.9, {}}};
+  for (const unsigned threads : {1U, 3U}) {
+    const AreaBounds found = from_a(fine, plane(), asked, threads);
+    CHECK(found.stop == AreaStop::complete);
+    for (const auto& [k, share] : {std::pair(0, 0.75), std::pair(1, 0.1)}) {
+      CAPTURE(k);
+      const AreaInterval& interval = found.beyond[static_cast<std::size_t>(k)];
+      CHECK(holds(interval, share));
+      CHECK(interval.upper - interval.lower <= asked.share_tolerance);
+    }
+  }
+  const AreaBounds far = from_a(shapes::moved(fine, {0, 0, 5}), plane(), asked);
+  CHECK(far.beyond[1].lower == 1);
+}
+
 TEST_CASE("area: a square and the point in its middle") {
   const Mesh point = shapes::triangle({0.5, 0.5, 0}, {0.5, 0.5, 0}, {0.5, 0.5, 0});
   const AreaOptions asked = everything({0.25, 0.5, 0.75});
