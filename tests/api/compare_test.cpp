@@ -112,6 +112,29 @@ TEST_CASE("compare: prepared meshes give an interval, whenever the job is cancel
   CHECK(result->outcome.upper >= 2.0);
 }
 
+TEST_CASE("compare: the topology of a mesh is kept, unless examining it was interrupted") {
+  Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}};
+  mesh.triangles.assign(20'000, {0, 1, 2});
+  Control control;
+  const auto prepared = api::prepare(api::LoadedMesh{mesh, api::Format::obj, {}, "", nullptr}, {"a", {}, "", ""},
+                                     Prepared::Use::once, control);
+  api::ComparisonOptions options;
+  options.topology = true;
+  control.cancel();
+  const auto cut_short = api::compare(*prepared, *prepared, options, control);
+  REQUIRE(cut_short.ok());
+  CHECK(!cut_short->a.topology);
+  CHECK(cut_short->outcome.stop == Stop::cancelled);
+  Control again;
+  options.units = {api::LengthUnit::inch, api::LengthUnit::inch, api::LengthUnit::millimeter, false};
+  options.max_distance = 1;
+  const auto whole = api::compare(*prepared, *prepared, options, again);
+  REQUIRE(whole.ok());
+  CHECK(whole->a.topology->non_manifold.count == 3);
+  CHECK(whole->b.topology->non_manifold.first.maxCoeff() == 12.7);  // in the unit of the result
+  CHECK((*prepared)->topology([] { return true; })->edges == 3);    // known already
+}
+
 TEST_CASE("compare: each comparison has an id of its own") {
   Control control;
   CHECK(compared(kSquare, kSquare, control)->id != compared(kSquare, kSquare, control)->id);
