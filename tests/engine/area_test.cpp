@@ -227,6 +227,29 @@ TEST_CASE("area: an interruption at any check leaves intervals that hold") {
   CHECK(was_interrupted);
 }
 
+TEST_CASE("area: sampled estimates meet the intervals within four of their standard errors") {
+  const Mesh a = shapes::sphere(6, 1.2, {0.1, 0.05, 0}), b = shapes::sphere(8);
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CAPTURE(seed);
+    Options options;
+    options.areas = everything({});
+    options.statistics = Sampling{20'000, seed};
+    Control control;
+    const Outcome found = measure(a, b, options, control);
+    for (const auto& [certified, sampled] : {std::pair(found.areas->a_to_b, found.statistics->a_to_b),
+                                             std::pair(found.areas->b_to_a, found.statistics->b_to_a)}) {
+      const auto meets = [](const AreaInterval& interval, const Estimate& estimate) {
+        return holds(interval, estimate.value, 4 * estimate.standard_error);
+      };
+      CHECK(meets(*certified->mean, sampled->mean));
+      CHECK(meets(*certified->rms, sampled->rms));
+      CHECK(meets(certified->quantiles[0], sampled->p50));
+      CHECK(meets(certified->quantiles[1], sampled->p95));
+      CHECK(meets(certified->quantiles[2], sampled->p99));
+    }
+  }
+}
+
 TEST_CASE("area: the interval of the distance does not depend on it") {
   const Mesh a = shapes::sphere(6, 1.1), b = shapes::sphere(5);
   Options options;
