@@ -12,13 +12,15 @@ namespace meshgauge {
 // What is asked of each direction of a measurement. Lengths in the meshes' unit, shares from 0 to 1.
 struct AreaOptions {
   static constexpr double kLeastLength = 0.01;
+  static constexpr double kGateTolerance = 1e-6;    // share_tolerance of a gate, where that is less
   static constexpr std::size_t kMaxBeyond = 16;     // distances
   static constexpr std::size_t kMaxQuantiles = 16;  // quantiles
 
   // The share of the area that is farther than `distance` >= 0 from the other mesh.
   struct Beyond {
     double distance = 0;
-    std::optional<double> max_share;  // a gate: the share is narrowed only until it is at most this, or above it
+    // A gate: the share is narrowed until it is at most this, or above it; Options::narrow narrows it further.
+    std::optional<double> max_share;
   };
   std::vector<Beyond> beyond;
   // For each p, 0 < p < 1: the smallest distance that the share p of the area is within.

@@ -12,6 +12,7 @@
 #include "engine/bounds/paper_bound.h"
 #include "engine/build_stage.h"
 #include "engine/conclusion.h"
+#include "engine/narrowing_time.h"
 #include "engine/reduction.h"
 #include "engine/rounding.h"
 #include "engine/stage_clock.h"
@@ -27,10 +28,6 @@ constexpr std::chrono::milliseconds kTimeToCertify{70};
 
 constexpr std::chrono::milliseconds kLookInterval{100};
 constexpr int kTimePerLook = 10;  // looks take at most about a tenth of the time
-
-constexpr double kNarrowRelative = 0.1;
-constexpr std::chrono::milliseconds kLeastToNarrow{100};  // a fail may be seen at the first point
-constexpr std::chrono::milliseconds kMostToNarrow{1000};
 
 // The intersection of two certified intervals of the same distance, with the witness of its lower bound.
 Bounds intersection(const Bounds& a, const Bounds& b) {
@@ -100,10 +97,7 @@ std::optional<Stop> Measurement::search_all() {
 // What was dropped because it is below the gate is unknown, so the meshes are built and searched anew without a gate,
 // from the lower bound on. All intervals hold, so their intersection does, and the verdict stays.
 void Measurement::narrow() {
-  const auto now = Control::Clock::now();
-  const auto deadline = control_.deadline();
-  const auto end = now + std::clamp<Control::Clock::duration>(now - begun_, kLeastToNarrow, kMostToNarrow);
-  control_.set_deadline(deadline ? std::min(*deadline, end) : end);
+  const NarrowingTime time(control_, begun_);
   goal_.gate.reset();
   goal_.relative = std::max(goal_.relative, kNarrowRelative);
   std::vector<MeasuredDirection> anew;
@@ -114,7 +108,6 @@ void Measurement::narrow() {
   } catch (const std::bad_alloc&) {  // the verdict is known without it
   }
   conclude(Stop::gate_decided);
-  control_.set_deadline(deadline);
 }
 
 std::optional<Stop> Measurement::pulse(const Search& search) {

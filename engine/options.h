@@ -37,8 +37,8 @@ struct Options {
   Tolerance tolerance{std::nullopt, 1e-6, 0.01};
   std::optional<double> max_distance;  // the gate, in the meshes' unit: stop when U <= it or L > it
   // Once the gate is decided: search on until U - L <= L / 10 or a rule holds, for as long as it took so far, at least
-  // 0.1 s and at most 1 s. The verdict does not change. Without an interruption of this search the bits depend on the
-  // input alone.
+  // 0.1 s and at most 1 s; a share with a max_share likewise. The verdict does not change. Without an interruption of
+  // this search the bits depend on the input alone.
   bool narrow = false;
   Strategy strategy = Strategy::automatic;
   int points = 4;                                         // samples of n_point: 4, 10, 31, 109, 409 or 1585

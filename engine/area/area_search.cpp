@@ -9,6 +9,7 @@
 #include "engine/area/places.h"
 #include "engine/area/quantile.h"
 #include "engine/mesh_index.h"
+#include "engine/narrowing_time.h"
 #include "engine/rounding.h"
 
 namespace meshgauge {
@@ -75,10 +76,27 @@ AreaStop AreaSearch::narrow() {
   if (!leave_out_decided() || !measure_vertices()) return interrupted();
   const std::optional<AreaStop> ended = bound_triangles();
   if (ended && *ended != AreaStop::budget) return *ended;
+  if (ended) return update() ? *ended : interrupted();
+  const AreaStop stop = refine_all();
+  if (stop == AreaStop::complete && in_.options.narrow) narrow_decided();
+  return stop;
+}
+
+// Whatever ends it, every gate is decided.
+void AreaSearch::narrow_decided() {
+  is_narrowing_ = true;
+  if (demand().met()) return;
+  const NarrowingTime time(in_.control, begun_);
+  try {
+    refine_all();
+  } catch (const std::bad_alloc&) {  // the verdicts are known without it
+  }
+}
+
+AreaStop AreaSearch::refine_all() {
   for (;;) {
     if (!update()) return interrupted();
     in_.tell();
-    if (ended) return *ended;
     const Demand wanted = demand();
     if (wanted.met()) return AreaStop::complete;
     if (over_budget()) return AreaStop::budget;
@@ -204,13 +222,26 @@ double AreaSearch::tolerance_of(double length) const {
   return asked_.length_tolerance * std::max(length, AreaOptions::kLeastLength * in_.most);
 }
 
+double AreaSearch::tolerance_of_share(std::size_t k) const {
+  return asked_.beyond[k].max_share ? std::min(asked_.share_tolerance, AreaOptions::kGateTolerance)
+                                    : asked_.share_tolerance;
+}
+
+// Whether a share needs no more work.
+bool AreaSearch::is_narrow(std::size_t k) const {
+  const AreaInterval& share = known_.beyond[k];
+  const double width = share.upper - share.lower;
+  if (width <= tolerance_of_share(k)) return true;
+  return is_decided(asked_.beyond[k], share) && (!is_narrowing_ || width <= kNarrowRelative * share.upper);
+}
+
 // Whether all parts together would be within the tolerances if each were as narrow as this one.
 bool AreaSearch::is_closed(const Part& part) const {
   if (!bounders_[0].can_narrow(part)) return true;
   const Enclosure& e = part.enclosure;
   for (std::size_t k = 0; k < limits_.size(); ++k) {
     const double width = share_beyond(e.high, limits_[k].down) - share_beyond(e.low, limits_[k].up);
-    if (width > kClosedShare * asked_.share_tolerance) return false;
+    if (width > kClosedShare * tolerance_of_share(k)) return false;
   }
   if (known_.mean && mean_width(e) > kClosedShare * tolerance_of(known_.mean->lower)) return false;
   if (known_.rms) {
@@ -264,9 +295,7 @@ bool AreaSearch::update_quantiles(const TotalArea& area) {
 Demand AreaSearch::demand() const {
   Demand demand;
   for (std::size_t k = 0; k < limits_.size(); ++k) {
-    const AreaInterval& share = known_.beyond[k];
-    if (share.upper - share.lower <= asked_.share_tolerance || is_decided(asked_.beyond[k], share)) continue;
-    demand.probes.push_back({limits_[k].down, limits_[k].up, 1 / asked_.share_tolerance});
+    if (!is_narrow(k)) demand.probes.push_back({limits_[k].down, limits_[k].up, 1 / tolerance_of_share(k)});
   }
   for (const AreaInterval& q : known_.quantiles) demand_quantile(q, demand);
   if (known_.mean) {

@@ -68,11 +68,15 @@ class AreaSearch {
   std::size_t to_visit() const { return rest_ ? rest_->size() : in_.from.triangles.size(); }
   std::size_t visited(std::size_t i) const { return rest_ ? (*rest_)[i] : i; }
   AreaStop narrow();
+  AreaStop refine_all();
+  void narrow_decided();
   bool update();
   bool update_quantiles(const TotalArea& area);
   Demand demand() const;
   void demand_quantile(const AreaInterval& known, Demand& demand) const;
   double tolerance_of(double length) const;
+  double tolerance_of_share(std::size_t k) const;
+  bool is_narrow(std::size_t k) const;
   bool is_closed(const Part& part) const;
   void close(const Part& part);
   bool close_unvisited(std::size_t begin);
@@ -98,7 +102,9 @@ class AreaSearch {
   std::vector<ShareSum> closed_shares_;
   MeanSum closed_means_;
 
-  AreaBounds known_;  // in frame units: the intersection of all intervals so far
+  AreaBounds known_;           // in frame units: the intersection of all intervals so far
+  bool is_narrowing_ = false;  // all gates are decided; their shares are narrowed
+  const Control::Clock::time_point begun_ = Control::Clock::now();
   Work work_;
 };
 

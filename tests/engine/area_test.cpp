@@ -183,6 +183,47 @@ TEST_CASE("area: a gate ends the search on the right side") {
   }
 }
 
+TEST_CASE("area: a gate is decided where its share is closer to its limit than the tolerance") {
+  const Mesh a = shapes::sphere(6, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(5);
+  AreaOptions asked;
+  asked.beyond = {{0.1, {}}};
+  asked.share_tolerance = 1e-5;
+  const AreaInterval exact = from_a(a, b, asked).beyond[0];
+  asked.share_tolerance = 0.5;
+  for (const double limit : {exact.lower - 1e-4, exact.upper + 1e-4}) {
+    asked.beyond = {{0.1, limit}};
+    const AreaBounds gated = from_a(a, b, asked);
+    CHECK(gated.stop == AreaStop::complete);
+    CHECK((gated.beyond[0].lower > limit) == (limit < exact.lower));
+    CHECK((gated.beyond[0].upper <= limit) == (limit > exact.upper));
+  }
+}
+
+TEST_CASE("area: a decided share is narrow at last, as often as a busy machine has too little time for it") {
+  const Mesh a = shapes::sphere(6, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(5);
+  for (const double limit : {0.01, 0.99}) {
+    Options options;
+    options.direction = Direction::a_to_b;
+    options.areas.emplace().beyond = {{0.15, limit}};
+    const auto share = [&] {
+      const auto deadline = Control::Clock::now() + std::chrono::seconds(60);
+      Control control(deadline);
+      const AreaBounds found = *measure(a, b, options, control).areas->a_to_b;
+      CHECK(control.deadline() == deadline);
+      CHECK(found.stop == AreaStop::complete);
+      return found.beyond[0];
+    };
+    const auto width = [](const AreaInterval& of) { return of.upper - of.lower; };
+    const AreaInterval decided = share();
+    CHECK(width(decided) > 0.1 * decided.upper);
+    options.narrow = true;
+    AreaInterval narrow = share();
+    while (width(narrow) > 0.1 * narrow.upper) narrow = share();
+    CHECK(narrow.lower >= decided.lower);
+    CHECK(narrow.upper <= decided.upper);
+  }
+}
+
 TEST_CASE("area: the same bits for any number of threads and every instruction set") {
   const Mesh a = shapes::sphere(6, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(5);
   AreaOptions asked = everything({0.05, 0.15});
