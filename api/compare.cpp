@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "api/digest.h"
+#include "api/gate.h"
 
 namespace meshgauge::api {
 namespace {
@@ -41,11 +42,11 @@ Result<Outcome> measure_in_unit(const NamedMesh& a, const NamedMesh& b, const Un
   if (!measured_a) return measured_a.error();
   if (!factor_a.is_one() && factor_a == factor_b && is_same(a.mesh->mesh.mesh(), b.mesh->mesh.mesh())) {
     const Prepared exact((*measured_a)->mesh(), Prepared::Use::once, *measured_a);
-    return measure(exact, exact, options, control);
+    return measure(exact, exact, engine_options(options), control);
   }
   const auto measured_b = in_unit(b.mesh, std::string(b.name), factor_b, control);
   if (!measured_b) return measured_b.error();
-  return measure(**measured_a, **measured_b, options, control);
+  return measure(**measured_a, **measured_b, engine_options(options), control);
 }
 
 // nullopt: interrupted.
@@ -64,7 +65,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   comparison.a = a.mesh->facts;
   comparison.b = b.mesh->facts;
   comparison.times = so_far;
-  const auto plan = resolve(a.unit(), b.unit(), options.units, options.max_distance.has_value());
+  const auto plan = resolve(a.unit(), b.unit(), options.units, has_limit(options));
   if (!plan) return plan.error();
   comparison.units = *plan;
   if (options.topology) {  // linear, so before what may take all the time

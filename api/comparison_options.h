@@ -1,12 +1,24 @@
 // Options of a comparison: the engine's options and the units of the lengths among them.
 #pragma once
 
+#include <optional>
+
 #include "api/unit_plan.h"
 #include "engine/options.h"
 
 namespace meshgauge::api {
 
-// Engine options with units. max_distance and tolerance.absolute are in the unit of the result (UnitPlan::result).
+// A limit of the area: at most `share`, from 0 to 1, may be farther than `distance` from the other mesh, in each
+// direction that is measured.
+struct ShareLimit {
+  double distance = 0;
+  double share = 0;
+
+  bool operator==(const ShareLimit&) const = default;
+};
+
+// Engine options with units. max_distance, tolerance.absolute and the distances of areas are in the unit of the result
+// (UnitPlan::result).
 struct ComparisonOptions : Options {
   ComparisonOptions() = default;
   // NOLINTNEXTLINE(google-explicit-constructor): the engine's options alone ask for no unit
@@ -14,6 +26,10 @@ struct ComparisonOptions : Options {
 
   AskedUnits units;
   bool topology = false;  // also examine both meshes (engine/topology.h)
+  std::optional<ShareLimit> max_share_beyond;  // of the gate
 };
+
+// Whether there is a gate: a limit of the distance, of the area, or both.
+inline bool has_limit(const ComparisonOptions& options) { return options.max_distance || options.max_share_beyond; }
 
 }  // namespace meshgauge::api

@@ -1,9 +1,10 @@
-// The verdict of a gate: whether an interval is within a limit.
+// The verdict of a gate: whether what was certified is within its limits.
 #pragma once
 
 #include <optional>
 #include <string_view>
 
+#include "api/comparison_options.h"
 #include "engine/outcome.h"
 
 namespace meshgauge::api {
@@ -12,8 +13,18 @@ enum class Verdict { pass, fail, undecided };
 
 std::string_view to_string(Verdict verdict);
 
-// Returns pass when the distance is certainly at most max_distance (upper <= max_distance), fail when it is certainly
-// above (lower > max_distance), undecided when max_distance lies inside the interval; nullopt: without max_distance.
-std::optional<Verdict> verdict(const Outcome& outcome, const std::optional<double>& max_distance);
+// Returns pass when what lies in [lower, upper] is certainly at most `limit` (upper <= limit), fail when it is
+// certainly above (lower > limit), undecided when the limit lies inside the interval.
+Verdict verdict_within(double lower, double upper, double limit);
+
+// Returns the engine's options, with the question that max_share_beyond asks of the areas at the end of theirs.
+Options engine_options(const ComparisonOptions& options);
+
+// Returns the share of the area that is farther than max_share_beyond's distance, in the direction where it is largest;
+// nullopt: without max_share_beyond.
+std::optional<AreaInterval> share_beyond(const Outcome& outcome, const ComparisonOptions& options);
+
+// Returns pass when every limit is kept, fail when one is certainly exceeded; nullopt: without a limit.
+std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options);
 
 }  // namespace meshgauge::api

@@ -43,6 +43,8 @@ Json mismatch(const ReadNotes& notes) {
 
 }  // namespace
 
+Json json_of(const ShareLimit& limit) { return {{"distance", limit.distance}, {"share", limit.share}}; }
+
 Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }

@@ -83,7 +83,9 @@ void add_polygons(std::vector<std::string>& notes, const PolygonNotes& polygons)
 void add_open(std::vector<std::string>& notes, const std::string& mesh, const KnownUnit& known, const MeshFacts& facts,
               const Comparison& comparison) {
   constexpr double kClose = 10;
-  const auto& limit = comparison.options.max_distance;
+  const ComparisonOptions& options = comparison.options;
+  std::optional<double> limit = options.max_distance;
+  if (!limit && options.max_share_beyond) limit = options.max_share_beyond->distance;
   const Factor factor = factor_between(known, comparison.units.result);
   const double apart = facts.notes.polygons.largest_deviation * factor.times / factor.over;
   if (!limit || !(*limit < kClose * apart)) return;

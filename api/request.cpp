@@ -154,11 +154,30 @@ Result<Done> read_narrow(const JsonValue& value, const std::string& pointer, Rea
   return read_boolean(value, pointer, reading.request.options.narrow);
 }
 
-Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  static constexpr Field kFields[] = {
-      {"max_distance", read_max_distance}, {"units", read_gate_unit}, {"narrow", read_narrow}};
+Result<Done> read_limit_distance(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kBeyondRange, pointer, reading.request.options.max_share_beyond->distance);
+}
+
+Result<Done> read_limit_share(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kShareRange, pointer, reading.request.options.max_share_beyond->share);
+}
+
+Result<Done> read_max_share_beyond(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {{"distance", read_limit_distance}, {"share", read_limit_share}};
+  reading.request.options.max_share_beyond.emplace();
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
-  if (!value.contains("max_distance")) return invalid(pointer, pointer + " needs max_distance");
+  if (value.size() < 2) return invalid(pointer, pointer + " needs distance and share");
+  return Done{};
+}
+
+Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {{"max_distance", read_max_distance},
+                                      {"max_share_beyond", read_max_share_beyond},
+                                      {"units", read_gate_unit},
+                                      {"narrow", read_narrow}};
+  if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
+  if (!has_limit(reading.request.options))
+    return invalid(pointer, pointer + " needs max_distance, max_share_beyond, or both");
   return Done{};
 }
 

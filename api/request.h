@@ -28,6 +28,7 @@ inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service m
 inline constexpr Range kSamplesRange{1'000, 1'000'000, true};     // per direction of the statistics
 inline constexpr Range kSeedRange{0, 0x1p53 - 1, true};           // integers that JSON readers keep exactly
 inline constexpr Range kBeyondRange{};                            // a distance, in the unit of the result
+inline constexpr Range kShareRange{0, 1};                         // of the area, a limit of the gate
 inline constexpr Range kQuantileRange{0.001, 0.999};              // a share of the area
 inline constexpr Range kShareToleranceRange{1e-6, 1};  // of certified areas; a service may need long for less
 inline constexpr Range kLengthToleranceRange{1e-6, 1};

@@ -35,14 +35,24 @@ Json timings(const Comparison& comparison) {
 }
 
 Json gate(const Comparison& comparison) {
-  if (!comparison.options.max_distance) return nullptr;
-  return {{"max_distance", *comparison.options.max_distance},
-          {"units", text_or_null(limit_unit_name(comparison.options.units))}};
+  const ComparisonOptions& options = comparison.options;
+  if (!has_limit(options)) return nullptr;
+  Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
+  if (options.max_share_beyond) json["max_share_beyond"] = api::json_of(*options.max_share_beyond);
+  json["units"] = text_or_null(limit_unit_name(options.units));
+  return json;
 }
 
 Json verdict_of(const Comparison& comparison) {
-  const auto found = verdict(comparison.outcome, comparison.options.max_distance);
+  const auto found = verdict(comparison.outcome, comparison.options);
   return found ? Json(to_string(*found)) : Json(nullptr);
+}
+
+// The verdict of max_share_beyond alone, since `verdict` is that of all limits.
+Json share_of(const AreaInterval& share, const ShareLimit& limit) {
+  return {{"distance", limit.distance},
+          {"share", interval(share.lower, share.upper)},
+          {"verdict", to_string(verdict_within(share.lower, share.upper, limit.share))}};
 }
 
 Json engine(const Options& options, const Outcome& outcome) {
@@ -121,6 +131,8 @@ std::string to_json(const Comparison& comparison) {
     json["meshes"]["a"]["topology"] = json_of(comparison.a.topology);
     json["meshes"]["b"]["topology"] = json_of(comparison.b.topology);
   }
+  if (const auto share = share_beyond(outcome, comparison.options))
+    json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -42,7 +42,9 @@ ResultFacts facts_of(const Json& document, Side candidate) {
   const bool of_a = candidate == Side::a;
   ResultFacts facts;
   if (const auto gate = document.find("gate"); gate != document.end() && !gate->is_null()) {
-    facts.limit = gate->at("max_distance").get<double>();
+    const bool is_of_distance = !gate->at("max_distance").is_null();
+    facts.limit =
+        (is_of_distance ? gate->at("max_distance") : gate->at("max_share_beyond").at("distance")).get<double>();
   }
   facts.lower = document.at("distance").at("lower").get<double>();
   facts.upper = upper_of(document.at("distance"));

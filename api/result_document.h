@@ -32,7 +32,7 @@ struct ResultDirection {
 };
 
 struct ResultFacts {
-  std::optional<double> limit;  // nullopt: no gate
+  std::optional<double> limit;  // max_distance, else the distance of max_share_beyond; nullopt: no gate
   double lower = 0;             // the certified interval; `upper` is infinite when there is no upper bound yet
   double upper = std::numeric_limits<double>::infinity();
   std::optional<ResultWitness> witness;      // for the direction that attains `lower`

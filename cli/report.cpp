@@ -78,6 +78,16 @@ void add_direction(std::string& out, const char* name, const std::optional<Direc
   }
 }
 
+// "0.1 mm, 1 % beyond 0.05 mm".
+std::string limits_of(const api::ComparisonOptions& options, const Unit& unit) {
+  std::string text;
+  if (options.max_distance) text = api::with_unit(shortest(*options.max_distance), unit);
+  if (const auto& limit = options.max_share_beyond)
+    text += (text.empty() ? "" : ", ") + shortest(100 * limit->share) + " % of the area beyond " +
+            api::with_unit(shortest(limit->distance), unit);
+  return text;
+}
+
 void add_times(std::string& out, const Comparison& comparison) {
   const Timings& engine = comparison.outcome.timings;
   append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f",
@@ -105,9 +115,9 @@ std::string to_table(const Comparison& comparison) {
   append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(), in_unit(outcome.upper).c_str(),
          std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
   append(out, "width     %s, %s\n", in_unit(outcome.upper - outcome.lower).c_str(), reason(outcome).c_str());
-  if (const auto verdict = api::verdict(outcome, comparison.options.max_distance)) {
+  if (const auto verdict = api::verdict(outcome, comparison.options)) {
     append(out, "verdict   %s (at most %s)\n", std::string(api::to_string(*verdict)).c_str(),
-           in_unit(*comparison.options.max_distance).c_str());
+           limits_of(comparison.options, unit).c_str());
   }
   add_direction(out, "a to b", outcome.a_to_b, unit);
   add_direction(out, "b to a", outcome.b_to_a, unit);

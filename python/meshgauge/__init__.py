@@ -27,7 +27,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             threads: Optional[int] = None, direction: Optional[str] = None,
             units: Optional[_options.Units] = None, strategy: Optional[str] = None, points: Optional[int] = None,
             statistics: Union[bool, Mapping[str, int], None] = None,
-            areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None) -> Result:
+            areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None,
+            max_share_beyond: Optional[Mapping[str, Any]] = None) -> Result:
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF; also gzip-compressed), the content of such a file as bytes, a
@@ -55,6 +56,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             "beyond" (distances), "quantiles" (shares), "mean" (True), "share_tolerance" and "length_tolerance".
         topology: True also examines both meshes: open edges, orientation, components and the certified volume
             (Result.document["meshes"]["a"]["topology"]).
+        max_share_beyond: {"distance": "0.05 mm", "share": 0.01}: a limit, beside max_distance or alone: at most one
+            percent of the area may be farther than that (Result.document["share_beyond"]).
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
 
@@ -68,7 +71,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     options = _options.document(
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
-        statistics=statistics, areas=areas, topology=topology)
+        statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond)
     return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
 
 

@@ -27,15 +27,34 @@ def number(value: Any, name: str) -> float:
     return converted
 
 
-def gate(max_distance: Length) -> dict[str, Any]:
-    """The limit, from a number or a text such as "0.05 mm"."""
-    if not isinstance(max_distance, str):
-        return {"max_distance": number(max_distance, "max_distance")}
-    found = _LENGTH.fullmatch(max_distance)
+def _length(value: Length, name: str) -> tuple[float, str]:
+    """Number and unit of a number or a text such as "0.05 mm"; without a unit, ""."""
+    if not isinstance(value, str):
+        return number(value, name), ""
+    found = _LENGTH.fullmatch(value)
     if not found:
-        raise InputError(f"max_distance must be a length such as '0.05' or '0.05 mm', not {max_distance!r}")
-    unit = {"units": found[2]} if found[2] else {}
-    return {"max_distance": number(found[1], "max_distance"), **unit}
+        raise InputError(f"{name} must be a length such as '0.05' or '0.05 mm', not {value!r}")
+    return number(found[1], name), found[2]
+
+
+def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
+    """The limits, of which one is given at least."""
+    sent: dict[str, Any] = {}
+    units = set()
+    if max_distance is not None:
+        sent["max_distance"], unit = _length(max_distance, "max_distance")
+        units.add(unit)
+    if max_share_beyond is not None:
+        if not isinstance(max_share_beyond, Mapping) or set(max_share_beyond) != {"distance", "share"}:
+            raise InputError(f"max_share_beyond must be a mapping such as {{'distance': '0.05 mm', 'share': 0.01}}, "
+                             f"not {max_share_beyond!r}")
+        distance, unit = _length(max_share_beyond["distance"], "max_share_beyond['distance']")
+        units.add(unit)
+        sent["max_share_beyond"] = {"distance": distance,
+                                    "share": number(max_share_beyond["share"], "max_share_beyond['share']")}
+    if len(units) > 1:
+        raise InputError("max_distance and the distance of max_share_beyond must have the same unit")
+    return {**sent, **({"units": unit} if unit else {})}
 
 
 def _tolerance(tolerance: Tolerance) -> dict[str, float]:
@@ -86,10 +105,10 @@ def _areas(areas: Any) -> dict[str, Any]:
 
 
 _TOLERANCE_OF_GATES = {"diagonal": 1e-9}
+_TOLERANCE_OF_AREA = {"diagonal": 1e-3, "relative": 0.1}  # the distance is shown, and decides nothing
 
 # A function for each option that is not sent as it is given.
 _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
-    "max_distance": ("gate", gate),
     "tolerance": ("tolerance", _tolerance),
     "timeout": ("timeout_ms", _timeout_ms),
     "units": ("units", _units),
@@ -104,11 +123,14 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
 def document(**options: Any) -> dict[str, Any]:
     """The document of the options that are not None. Ranges and names are checked where it is read."""
     sent: dict[str, Any] = {}
+    limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond")}
+    if any(limit is not None for limit in limits.values()):
+        sent["gate"] = gate(**limits)
     for name, value in options.items():
         if value is None:
             continue
         key, converted = _CONVERTED.get(name, (name, str))
         sent[key] = converted(value)
     if "gate" in sent:  # as `meshgauge check`: the work shall end with a verdict, not with a narrow interval
-        sent.setdefault("tolerance", dict(_TOLERANCE_OF_GATES))
+        sent.setdefault("tolerance", dict(_TOLERANCE_OF_GATES if "max_distance" in sent["gate"] else _TOLERANCE_OF_AREA))
     return sent

@@ -161,9 +161,15 @@ def _as_file(mesh: Any, folder: str, name: str) -> str:
 
 def _in_words(result: Result, max_distance: _options.Length, report: str) -> str:
     unit = f" {result.unit}" if result.unit else ""
-    said = {"fail": "differ by more than", "undecided": "may differ by more than"}[str(result.verdict)]
+    limit = result.document["gate"]["max_distance"]  # another limit may be the one that is exceeded
+    said = "may differ by more than" if result.lower <= limit else "differ by more than"
+    said = "are within" if result.upper <= limit else said
     lines = [f"the meshes {said} the limit of {max_distance}: the distance is in [{result.lower:.9g}, {result.upper:.9g}]"
              f"{unit} ({result.status})"]
+    found = result.document.get("share_beyond")
+    if found:
+        lines.append(f"the share of the area beyond {found['distance']:.9g}{unit} is in [{found['share']['lower']:.9g}, "
+                     f"{found['share']['upper']:.9g}]: {found['verdict']}")
     witness = result.witness
     if witness:
         names = {"a": ("actual", "expected"), "b": ("expected", "actual")}[witness.on]

@@ -69,7 +69,9 @@ class Result:
 
     @property
     def verdict(self) -> Optional[str]:
-        """"pass": upper <= max_distance. "fail": lower > max_distance. "undecided": neither. None without a limit."""
+        """"pass": upper <= max_distance. "fail": lower > max_distance. "undecided": neither. None without a limit. With
+        max_share_beyond: "pass" if every limit passes, "fail" if one fails.
+        """
         return self._document["verdict"]
 
     @property

@@ -37,21 +37,10 @@ Json head_of(const store::BatchRow& row) {
   return head;
 }
 
-Json gate_of(const store::Job& job) {
-  const Json options = Json::parse(job.options, nullptr, false);
-  const auto gate = options.is_object() ? options.find("gate") : options.end();
-  return gate != options.end() && gate->is_object() ? *gate : Json::object();
-}
-
-Json gate_or_null(const store::Job& job) {
-  const auto limit = limit_of(job);
-  return limit ? Json{{"max_distance", *limit}, {"units", gate_of(job).value("units", Json(nullptr))}} : Json(nullptr);
-}
-
 Json failure_of(const store::BatchRow& row) {
   Json failure = head_of(row);
   const auto facts = row.job ? facts_of(*row.job) : std::nullopt;
-  failure["gate"] = row.job ? gate_or_null(*row.job) : Json(nullptr);
+  failure["gate"] = row.job ? gate_of(*row.job) : Json(nullptr);
   failure["unit"] = row.job ? text_or_null(unit_of(*row.job)) : Json(nullptr);
   failure["distance"] = facts ? Json{{"lower", facts->lower}, {"upper", facts->upper}} : Json(nullptr);
   failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
@@ -95,7 +84,7 @@ std::optional<api::ResultFacts> facts_of(const store::Job& job) {
 
 std::optional<double> limit_of(const store::Job& job) {
   const Json gate = gate_of(job);
-  if (!gate.contains("max_distance") || !gate["max_distance"].is_number()) return std::nullopt;
+  if (!gate.is_object() || !gate["max_distance"].is_number()) return std::nullopt;
   return gate["max_distance"].get<double>();
 }
 

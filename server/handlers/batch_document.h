@@ -20,7 +20,7 @@ std::string result_line(const store::BatchRow& row);   // a line of results.json
 
 // Facts from a job's result and options, for reports.
 std::optional<api::ResultFacts> facts_of(const store::Job& job);  // nullopt: it has no result
-std::optional<double> limit_of(const store::Job& job);            // of its gate; nullopt: no gate
+std::optional<double> limit_of(const store::Job& job);            // max_distance of its gate; nullopt: none
 // The unit of all lengths of the result, such as "mm"; without a result that of the limit. Empty: not known.
 std::string unit_of(const store::Job& job);
 

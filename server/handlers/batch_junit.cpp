@@ -35,13 +35,24 @@ std::string detail_of(const store::Job& job) {
   return problem.is_object() ? problem.value("detail", std::string("the comparison failed")) : "the comparison failed";
 }
 
+// "; share of the area beyond 0.05 mm in [0.002, 0.003], limit 0.01"; empty without such a limit.
+std::string found_of_area(const store::Job& job, const std::string& units) {
+  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  const auto found = document.find("share_beyond");
+  if (found == document.end()) return "";
+  const auto limit = document["gate"]["max_share_beyond"];
+  return "; share of the area beyond " + shortest(limit["distance"]) + units + " in [" +
+         shortest((*found)["share"]["lower"]) + ", " + shortest((*found)["share"]["upper"]) + "], limit " +
+         shortest(limit["share"]);
+}
+
 std::string found(const store::Job& job) {
   const auto facts = facts_of(job);
   if (!facts) return detail_of(job);
   const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
   std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
-  return text;
+  return text + found_of_area(job, units);
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {

@@ -23,14 +23,6 @@ Json progress_of(const store::Job& row) {
           {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
 }
 
-// The gate of the request, for clients that follow a job which they have not sent. The options are valid.
-Json gate_of(const store::Job& row) {
-  const Json options = Json::parse(row.options, nullptr, false);
-  if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
-  const Json& gate = options["gate"];
-  return {{"max_distance", gate.value("max_distance", Json(nullptr))}, {"units", gate.value("units", Json(nullptr))}};
-}
-
 // A path without a host: the client knows by which name it reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
@@ -41,6 +33,16 @@ std::optional<std::size_t> triangles_of(const nlohmann::json& document, const ch
 }
 
 }  // namespace
+
+Json gate_of(const store::Job& row) {
+  const Json options = Json::parse(row.options, nullptr, false);
+  if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
+  const Json& gate = options["gate"];
+  Json json{{"max_distance", gate.value("max_distance", Json(nullptr))}};
+  if (gate.contains("max_share_beyond")) json["max_share_beyond"] = gate["max_share_beyond"];
+  json["units"] = gate.value("units", Json(nullptr));
+  return json;
+}
 
 std::string problem_json(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;

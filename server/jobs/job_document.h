@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "api/problem.h"
 #include "server/jobs/live_job.h"
 
@@ -12,6 +14,9 @@ std::string to_json(const JobView& job);
 
 // The result of a job, with `view`, the path of its page. Precondition: the job has a result.
 std::string result_json(const store::Job& row);
+
+// The gate of the request, as in its result; null without a gate. For clients that have not sent the job.
+nlohmann::ordered_json gate_of(const store::Job& row);
 
 // The problem of a job that ended without a result; "null": it did not.
 std::string problem_json(const store::Job& row);

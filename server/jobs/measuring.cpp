@@ -26,7 +26,7 @@ double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point e
 }
 
 std::string verdict_of(const api::Comparison& comparison) {
-  const auto found = api::verdict(comparison.outcome, comparison.options.max_distance);
+  const auto found = api::verdict(comparison.outcome, comparison.options);
   return found ? std::string(api::to_string(*found)) : std::string();
 }
 

@@ -10,7 +10,9 @@ api::Verdict judge(double lower, double upper, double limit) {
   Outcome outcome;
   outcome.lower = lower;
   outcome.upper = upper;
-  return api::verdict(outcome, limit).value();
+  api::ComparisonOptions options;
+  options.max_distance = limit;
+  return api::verdict(outcome, options).value();
 }
 
 }  // namespace
@@ -24,4 +26,45 @@ TEST_CASE("gate: the interval decides") {
   CHECK(judge(0, 0, 0) == api::Verdict::pass);
 }
 
-TEST_CASE("gate: no gate, no verdict") { CHECK(!api::verdict(Outcome{}, std::nullopt)); }
+TEST_CASE("gate: no gate, no verdict") { CHECK(!api::verdict(Outcome{}, {})); }
+
+namespace {
+
+Outcome with_shares(const AreaInterval& a_to_b, const std::optional<AreaInterval>& b_to_a) {
+  Outcome outcome;
+  outcome.upper = 5;
+  auto& areas = outcome.areas.emplace();
+  areas.a_to_b.emplace().beyond = {{0, 1}, a_to_b};  // the gate's is the last
+  if (b_to_a) areas.b_to_a.emplace().beyond = {{0, 1}, *b_to_a};
+  return outcome;
+}
+
+}  // namespace
+
+TEST_CASE("gate: the share of the direction where it is largest") {
+  api::ComparisonOptions options;
+  options.max_share_beyond = {1, 0.5};
+  const auto judge = [&](const AreaInterval& a, const std::optional<AreaInterval>& b = std::nullopt) {
+    return api::verdict(with_shares(a, b), options).value();
+  };
+  CHECK(judge({0, 0.5}) == api::Verdict::pass);
+  CHECK(judge({0, 0.5}, AreaInterval{0.2, 0.4}) == api::Verdict::pass);
+  CHECK(judge({0, 0.5}, AreaInterval{0.5, 0.6}) == api::Verdict::undecided);
+  CHECK(judge({0, 0.5}, AreaInterval{0.51, 0.6}) == api::Verdict::fail);
+  CHECK(judge({0.51, 1}) == api::Verdict::fail);
+  options.max_distance = 4;  // in [0, 5]
+  CHECK(judge({0, 0.5}) == api::Verdict::undecided);
+  CHECK(judge({0.51, 1}) == api::Verdict::fail);
+}
+
+TEST_CASE("gate: its question stands behind those of the request") {
+  api::ComparisonOptions options;
+  CHECK(!api::engine_options(options).areas);
+  options.areas.emplace().beyond = {{3, {}}};
+  options.max_share_beyond = {1, 0.5};
+  const auto beyond = api::engine_options(options).areas->beyond;
+  REQUIRE(beyond.size() == 2);
+  CHECK(!beyond[0].max_share);
+  CHECK(beyond[1].distance == 1);
+  CHECK(beyond[1].max_share == 0.5);
+}

@@ -177,6 +177,29 @@ TEST_CASE("request: the topology of both meshes is asked for by true") {
   CHECK(refusal(R"({"topology": 1})").message == "/topology must be true or false, not 1");
 }
 
+TEST_CASE("request: a limit of the area") {
+  const auto parsed =
+      parse_options(R"({"gate": {"max_share_beyond": {"distance": 0.05, "share": 0.01}, "units": "mm"}})");
+  REQUIRE(parsed.ok());
+  CHECK(parsed->options.max_share_beyond == api::ShareLimit{0.05, 0.01});
+  CHECK(!parsed->options.max_distance);
+  CHECK(!parsed->options.areas);
+  CHECK(refusal(R"({"gate": {}})").message == "/gate needs max_distance, max_share_beyond, or both");
+  CHECK(refusal(R"({"gate": {"units": "mm"}})").where == "/gate");
+  CHECK(refusal(R"({"gate": {"max_share_beyond": 1}})").where == "/gate/max_share_beyond");
+  CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1}}})").message.find("needs distance and share") !=
+        std::string::npos);
+  for (const char* share : {"1.2", "-0.1", "120", "\"1 %\"", "null"}) {
+    CAPTURE(share);
+    CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1, "share": )" + std::string(share) + "}}}").where ==
+          "/gate/max_share_beyond/share");
+  }
+  CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": -1, "share": 0}}})").where ==
+        "/gate/max_share_beyond/distance");
+  CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1, "share": 0, "x": 1}}})").where ==
+        "/gate/max_share_beyond/x");
+}
+
 TEST_CASE("request: a service may set a lower timeout") {
   const api::RequestLimits limits{std::chrono::milliseconds(100), std::chrono::milliseconds(1000)};
   CHECK(parse_options("{}", limits)->timeout.count() == 100);

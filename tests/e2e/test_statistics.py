@@ -196,6 +196,35 @@ class Topology(ServerCase):
             self.refused(self.server.compare(options={"topology": asked}), 422, "invalid-request")
 
 
+class LimitOfTheArea(ServerCase):
+    def verdict_of(self, **gate):
+        answer = self.server.compare(a=SQUARE, b=RAISED, options={"gate": gate})
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()["verdict"], answer.json()["share_beyond"]["verdict"]
+
+    def test_alone_and_beside_one_of_the_distance(self):  # all of both is at 2
+        near, far = {"distance": 0.5, "share": 0.9}, {"distance": 2.5, "share": 0}
+        self.assertEqual(self.verdict_of(max_share_beyond=near), ("fail", "fail"))
+        self.assertEqual(self.verdict_of(max_share_beyond=far, units="mm"), ("pass", "pass"))
+        self.assertEqual(self.verdict_of(max_share_beyond=far, max_distance=3, narrow=True), ("pass", "pass"))
+        self.assertEqual(self.verdict_of(max_share_beyond=far, max_distance=0.5), ("fail", "pass"))
+        self.assertEqual(self.verdict_of(max_share_beyond={"distance": 2, "share": 0.5}), ("undecided", "undecided"))
+
+    def test_the_gate_is_that_of_the_request(self):
+        gate = {"max_share_beyond": {"distance": 0.5, "share": 0.9}, "units": "b"}
+        result = self.server.compare(options={"gate": gate, "areas": {"beyond": [0.25]}}).json()
+        self.assertEqual(result["gate"], {"max_distance": None, **gate})
+        self.assertEqual([one["distance"] for one in result["areas"]["a_to_b"]["beyond"]], [0.25, 0.5])
+        job = self.server.get("/v1/comparisons/" + result["id"]).json()
+        self.assertEqual(job["gate"], result["gate"])
+
+    def test_what_is_refused(self):
+        for limit in (None, 1, {}, {"distance": 1}, {"share": 1}, {"distance": -1, "share": 0}, {"distance": 1, "share": 1.2},
+                      {"distance": 1, "share": "1 %"}, {"distance": 1, "share": 0, "more": 1}):
+            self.refused(self.server.compare(options={"gate": {"max_share_beyond": limit}}), 422, "invalid-request")
+        self.refused(self.server.compare(options={"gate": {"units": "mm"}}), 422, "invalid-request")
+
+
 class Kept(unittest.TestCase):
     def test_a_result_is_as_it_was_after_a_kill(self):
         folder = tempfile.TemporaryDirectory()
@@ -250,6 +279,15 @@ class Cli(unittest.TestCase):
         self.assertEqual(here["meshes"]["a"]["topology"], sent["meshes"]["a"]["topology"])
         self.assertIn("watertight, ", self.run_cli("--topology").stdout)
 
+    def test_a_limit_of_the_area(self):
+        flags = ("--max-share-beyond", "0.5 mm: 1 %")
+        document = json.loads(self.run_cli("--json", *flags).stdout)
+        validate(document, "Comparison")
+        self.assertEqual(document["verdict"], "pass")
+        self.assertEqual(document["share_beyond"]["share"], {"lower": 0, "upper": 0})
+        self.assertIn("pass (at most 1 % of the area beyond 0.5 mm)", self.run_cli(*flags).stdout)
+        self.assertIn("pass (at most 1 mm, 1 % of the area beyond 0.5 mm)", self.run_cli(*flags, "--max-distance", "1 mm").stdout)
+
     def test_the_table(self):
         table = self.run_cli("--statistics").stdout
         for line in ("sampled   a to b: 100000 points by area", "sampled   b to a: ", "  mean ", "  p95 ", "  max seen",
@@ -270,7 +308,12 @@ class Cli(unittest.TestCase):
         for flags, saying in ((("--statistics", "--samples", "999"), "--samples must be an integer from 1000 to 1000000"),
                               (("--statistics", "--seed", "-1"), "--seed must be"),
                               (("--samples", "2000"), "--samples goes with --statistics only"),
-                              (("--seed", "2"), "--seed goes with --statistics only")):
+                              (("--seed", "2"), "--seed goes with --statistics only"),
+                              (("--max-share-beyond", "1 mm"), "--max-share-beyond: must be a distance, ':' and a share"),
+                              (("--max-share-beyond", "1 mm: 120 %"), "--max-share-beyond: the share must be from 0 % to 100 %"),
+                              (("--max-share-beyond", "1 %: 1 %"), "--max-share-beyond: the distance must be a length"),
+                              (("--max-share-beyond", "1 mm: 1 %", "--max-distance", "1"), "in one unit"),
+                              (("--fast",), "--fast: needs --max-distance or --max-share-beyond")):
             result = self.run_cli(*flags)
             self.assertEqual(result.returncode, 3, flags)
             self.assertIn(saying, result.stderr)

@@ -166,6 +166,22 @@ class Results(unittest.TestCase):
         self.assertEqual((found["watertight"], found["components"], found["open_edges"]["count"]), (False, 1, 8))
         self.assertNotIn("topology", meshgauge.compare(SQUARE, RAISED).document["meshes"]["a"])
 
+    def test_a_limit_of_the_area(self):
+        low = {"distance": 1.5, "share": 0.5}  # every point is at 2
+        high = {"distance": "2.5 mm", "share": 0}
+        result = meshgauge.compare(SQUARE, RAISED, max_share_beyond=low)
+        self.assertEqual(result.verdict, "fail")
+        self.assertEqual(result.document["share_beyond"]["verdict"], "fail")
+        self.assertEqual(meshgauge.compare(SQUARE, RAISED, max_share_beyond=high).verdict, "pass")
+        self.assertEqual(meshgauge.compare(SQUARE, RAISED, "3 mm", max_share_beyond=high).verdict, "pass")
+        self.assertEqual(meshgauge.compare(SQUARE, RAISED, "1 mm", max_share_beyond=high).verdict, "fail")
+        for wrong in (1, {}, {"distance": 1}, {"distance": 1, "share": 2}, {"distance": "x", "share": 0.5},
+                      {"distance": 1, "share": 0.5, "more": 1}):
+            with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
+                meshgauge.compare(SQUARE, RAISED, max_share_beyond=wrong)
+        with self.assertRaisesRegex(meshgauge.InputError, "the same unit"):
+            meshgauge.compare(SQUARE, RAISED, 1, max_share_beyond=high)
+
     def test_a_timeout_leaves_an_interval(self):
         flat = shapes.grid(120), shapes.grid(127)
         result = meshgauge.compare(*flat, tolerance=0, strategy="four_point", timeout=0.2, threads=1)

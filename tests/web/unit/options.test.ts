@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { buildOptions, noValues, parseNumber, splitLimit, valuesOf, type FormValues } from "../../../server/web/page/form/options.js";
 import { formatOf } from "../../../server/web/page/form/slot.js";
 import { optionsOf } from "../../../server/web/page/text/snippets.js";
-import { comparison, gate } from "./samples.js";
+import { areaGate, comparison, gate } from "./samples.js";
 
 const build = (values: Partial<FormValues>) => buildOptions({ ...noValues, ...values });
 const blamed = (values: Partial<FormValues>) => build(values).mistakes.map(({ field }) => field);
@@ -82,6 +82,15 @@ test("a result states the certified areas that were asked for", () => {
   const found = { status: "complete" as const, pieces: 2, beyond: [{ distance: 0.1, share: { lower: 0, upper: 0.5 } }], quantiles: [], mean: null, rms: null };
   const areas = { certified: true as const, share_tolerance: 0.001, length_tolerance: 0.02, a_to_b: null, b_to_a: found };
   assert.deepEqual(optionsOf(comparison({ areas })).areas, { beyond: [0.1], share_tolerance: 0.001, length_tolerance: 0.02 });
+});
+
+test("a result states the limit of the area, and not the question that it asked", () => {
+  const found = { status: "complete" as const, pieces: 2, beyond: [{ distance: 0.05, share: { lower: 0, upper: 0.5 } }], quantiles: [], mean: null, rms: null };
+  const areas = { certified: true as const, share_tolerance: 0.001, length_tolerance: 0.02, a_to_b: found, b_to_a: null };
+  const result = comparison({ areas, gate: areaGate });
+  assert.equal(optionsOf(result).areas, undefined);
+  assert.deepEqual(optionsOf(result).gate, { max_share_beyond: areaGate.max_share_beyond, narrow: true, units: "mm" });
+  assert.equal(valuesOf(result).limit, "");
 });
 
 test("formats by name", () => {

@@ -7,7 +7,7 @@ import { exampleFiles } from "../../../server/web/page/form/example.js";
 import { idWithin, pathOf, routeOf } from "../../../server/web/page/route.js";
 import { damagedWords } from "../../../server/web/page/text/links.js";
 import { curlCommand, gatesYaml } from "../../../server/web/page/text/snippets.js";
-import { comparison, gate } from "./samples.js";
+import { areaGate, comparison, gate } from "./samples.js";
 
 const id = "0d67c9a2d1b307386f8fc157855c4351";
 
@@ -70,6 +70,13 @@ test("the gate for a pipeline declares what was declared, and a number in the un
   const told = gatesYaml(comparison({ gate: gate(0.05, "b"), unit, meshes }), { a: "a.stl", b: "b.3mf" });
   assert.match(told, /max_distance: 0.05 mm\n {4}units: \{candidate: in\}\n/);
   assert.match(gatesYaml(comparison({ unit }), { a: "a.stl", b: "b.3mf" }), /max_distance: 0.0976 mm {2}# just above/);
+});
+
+test("the gate for a pipeline has the limit of the area", () => {
+  const told = gatesYaml(comparison({ gate: areaGate }), { a: "a.stl", b: "b.stl" });
+  assert.match(told, /b.stl"\n {4}max_share_beyond: \{distance: 0.05 mm, share: 1 %\}\n$/);
+  const both = gatesYaml(comparison({ gate: { ...areaGate, max_distance: 0.1 } }), { a: "a.stl", b: "b.stl" });
+  assert.match(both, /max_distance: 0.1 mm\n {4}max_share_beyond/);
 });
 
 test("without a gate the limit is just above what was measured", () => {

@@ -1,5 +1,5 @@
 // Documents of the service for the tests, as openapi.yaml has them.
-import type { Comparison, Directed, MeshFacts } from "../../../server/web/page/api/types.js";
+import type { Comparison, Directed, MeshFacts, Verdict } from "../../../server/web/page/api/types.js";
 
 function mesh(name: string): MeshFacts {
   return {
@@ -41,5 +41,9 @@ export function comparison(change: Partial<Comparison> = {}): Comparison {
     ...change,
   };
 }
+
+/** A gate of area alone: at most 1 % beyond 0.05 mm. */
+export const areaGate = { max_distance: null, max_share_beyond: { distance: 0.05, share: 0.01 }, units: "mm" };
+export const areaBeyond = (lower: number, upper: number, verdict: Verdict) => ({ distance: 0.05, share: { lower, upper }, verdict });
 
 export const gate = (max_distance: number, units: string | null = "mm") => ({ max_distance, units });

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { pairNotes, titleOf, unitsOf, witnessesOf, wordingOf } from "../../../server/web/page/text/verdict.js";
 import { stageTimes, stageWords } from "../../../server/web/page/text/stages.js";
-import { comparison, directed, gate } from "./samples.js";
+import { areaBeyond, areaGate, comparison, directed, gate } from "./samples.js";
 
 const spaces = (text: string) => text.replaceAll("\u00A0", " ");
 const words = (...args: Parameters<typeof wordingOf>) => {
@@ -52,6 +52,20 @@ test("each end of the work that leaves a gate undecided has its own advice", () 
   assert.match(proof({ status: "budget" }), /more memory/);
   assert.match(proof({ status: "precision_floor" }), /rounding/);
   assert.match(words(comparison({ verdict: "undecided", gate: gate(0.097), status: "timeout" }), 180_000).proof, /more threads/);
+});
+
+test("a limit of the area is worded alone, and beside one of the distance", () => {
+  const share_beyond = areaBeyond(0.0021, 0.0027, "pass");
+  const told = words(comparison({ verdict: "pass", gate: areaGate, share_beyond }));
+  assert.equal(told.reason, "Between 0.21 and 0.27 % of the area is farther than 0.05 mm; at most 1 % may be.");
+  assert.match(told.proof, /bound of the exact share/);
+  const both = words(comparison({ verdict: "pass", gate: { ...areaGate, max_distance: 0.2 }, share_beyond }));
+  assert.match(both.reason, /^Every point of both surfaces lies within 0.2 mm.* away\. Between 0.21 and 0.27 %/);
+  const open = areaBeyond(0, 0.02, "undecided");
+  const one = words(comparison({ verdict: "undecided", gate: { ...areaGate, max_distance: 0.2 }, share_beyond: open }));
+  assert.equal(one.reason, "At most 2 % of the area is farther than 0.05 mm: whether at most 1 % is, is not decided.");
+  const fails = words(comparison({ verdict: "fail", gate: { ...areaGate, max_distance: 0.05 }, share_beyond }));
+  assert.match(fails.reason, /^The point .* Between 0.21 and 0.27 %/);
 });
 
 test("undecided when nothing is known", () => {

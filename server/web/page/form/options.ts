@@ -163,7 +163,7 @@ export function valuesOf(result: Comparison): FormValues {
   const { units = {} } = optionsOf(result);
   return {
     ...noValues,
-    limit: result.gate ? String(result.gate.max_distance) : "",
+    limit: String(result.gate?.max_distance ?? ""),
     units: optionsOf(result).gate?.units ?? "",
     unitA: units.a ?? "",
     unitB: units.b ?? "",

@@ -1,7 +1,7 @@
 // The same measurement without the page: a command line, and a gate of `meshgauge check`.
 import type { Comparison, MeshFacts, Options } from "../api/types.js";
-import { toDigitsAbove } from "./numbers.js";
-import { unitOf, unitsOf } from "./verdict.js";
+import { toDigits, toDigitsAbove } from "./numbers.js";
+import { unitOf } from "./verdict.js";
 
 export interface Names {
   a: string; // file names, as sent
@@ -25,27 +25,41 @@ export function optionsOf(result: Comparison): Options {
   const { gate, direction, tolerance, engine } = result;
   const usual = tolerance.asked.absolute === undefined && tolerance.asked.relative === 0.01 && tolerance.asked.diagonal === 1e-6;
   return {
-    ...(gate ? { gate: { max_distance: gate.max_distance, narrow: true, ...(unit === null ? {} : { units: unit }) } } : {}),
+    ...(gate ? { gate: { ...limitsAsked(gate), narrow: true, ...(unit === null ? {} : { units: unit }) } } : {}),
     ...unitsDeclared(result),
     ...(direction === "symmetric" ? {} : { direction }),
     ...(usual ? {} : { tolerance: tolerance.asked }),
     ...(engine.strategy === "auto" ? {} : { strategy: engine.strategy }),
     ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
-    ...(result.areas ? { areas: areasAsked(result.areas) } : {}),
+    ...areasAsked(result),
     ...(result.statistics ? { statistics: true } : {}),
     ...(result.meshes.a.topology === undefined ? {} : { topology: true }),
   };
 }
 
-function areasAsked(areas: NonNullable<Comparison["areas"]>): NonNullable<Options["areas"]> {
-  const { share_tolerance, length_tolerance } = areas, found = areas.a_to_b ?? areas.b_to_a;
-  const beyond = found?.beyond.map(({ distance }) => distance) ?? [], quantiles = found?.quantiles.map(({ share }) => share) ?? [];
+function limitsAsked({ max_distance, max_share_beyond }: NonNullable<Comparison["gate"]>): NonNullable<Options["gate"]> {
   return {
-    ...(beyond.length ? { beyond } : {}),
-    ...(quantiles.length ? { quantiles } : {}),
-    ...(found?.mean ? { mean: true } : {}),
-    share_tolerance,
-    length_tolerance,
+    ...(max_distance === null ? {} : { max_distance }),
+    ...(max_share_beyond ? { max_share_beyond } : {}),
+  };
+}
+
+// Without the distance that the gate asks for, which is the last.
+function areasAsked({ areas, gate }: Comparison): Pick<Options, "areas"> {
+  const found = areas?.a_to_b ?? areas?.b_to_a;
+  if (!areas || !found) return {};
+  const all = found.beyond.map(({ distance }) => distance), quantiles = found.quantiles.map(({ share }) => share);
+  const beyond = gate?.max_share_beyond ? all.slice(0, -1) : all;
+  if (beyond.length === 0 && quantiles.length === 0 && !found.mean) return {};
+  const { share_tolerance, length_tolerance } = areas;
+  return {
+    areas: {
+      ...(beyond.length ? { beyond } : {}),
+      ...(quantiles.length ? { quantiles } : {}),
+      ...(found.mean ? { mean: true } : {}),
+      share_tolerance,
+      length_tolerance,
+    },
   };
 }
 
@@ -63,7 +77,6 @@ function unitsDeclared({ meshes: { a, b } }: Comparison): Pick<Options, "units">
 export function gatesYaml(result: Comparison, names: Names): string {
   const { a, b } = plainNames(names);
   const stem = a.replace(/(\.gz)?$/, "").replace(/\.[^.]*$/, "") || "part";
-  const { limit, remark } = limitOf(result);
   const lines = [
     "# gates.yaml",
     "version: 1",
@@ -71,7 +84,7 @@ export function gatesYaml(result: Comparison, names: Names): string {
     `  - name: ${JSON.stringify(stem)}`,
     `    candidate: ${JSON.stringify(a)}`,
     `    baseline: ${JSON.stringify(`baselines/${b}`)}`,
-    `    max_distance: ${limit}${remark}`,
+    ...limitLines(result),
     ...unitsLine(result),
     ...directionLine(result),
     ...toleranceLine(result),
@@ -79,15 +92,17 @@ export function gatesYaml(result: Comparison, names: Names): string {
   return lines.join("\n") + "\n";
 }
 
-function limitOf(result: Comparison): { limit: string; remark: string } {
+function limitLines(result: Comparison): string[] {
   const { gate, distance } = result;
+  const unit = gate ? unitOfLimit(result) : unitOf(result);
+  const length = (number: string | number) => (unit === null ? String(number) : `${String(number)} ${unit}`);
   if (!gate) {
-    const known = distance.upper ?? distance.lower;
-    return { limit: `${toDigitsAbove(known, 3)}${unitsOf(result) === "" ? "" : ` ${unitsOf(result)}`}`, remark: "  # just above what was measured: say what is allowed" };
+    const known = length(toDigitsAbove(distance.upper ?? distance.lower, 3));
+    return [`    max_distance: ${known}  # just above what was measured: say what is allowed`];
   }
-  const number = String(gate.max_distance);
-  const unit = unitOfLimit(result);
-  return { limit: unit === null ? number : `${number} ${unit}`, remark: "" };
+  const { max_distance, max_share_beyond } = gate;
+  const share = max_share_beyond && `{distance: ${length(max_share_beyond.distance)}, share: ${toDigits(100 * max_share_beyond.share, 12)} %}`;
+  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : [])];
 }
 
 function unitsLine(result: Comparison): string[] {

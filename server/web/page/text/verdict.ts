@@ -1,6 +1,6 @@
 // The meaning of a result in sentences, in the words of `meshgauge check`.
-import type { Comparison, Direction, Directed, Side, Status, Vec3 } from "../api/types.js";
-import { inPercent, inTime, intervalText, intervalWords, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
+import type { Comparison, Direction, Directed, Side, Status, Vec3, Verdict } from "../api/types.js";
+import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
 
@@ -72,10 +72,40 @@ export function pairNotes({ notes }: { notes?: string[] }): string[] {
 
 /** `timeoutMs`: the time limit that was asked for, if it is known. */
 export function wordingOf(result: Comparison, timeoutMs: number | null = null): Wording {
-  if (result.verdict === "pass") return forPass(result);
-  if (result.verdict === "fail") return forFail(result);
-  if (result.verdict === "undecided") return forUndecided(result, timeoutMs);
-  return withoutGate(result, timeoutMs);
+  const { verdict } = result;
+  if (verdict === null) return withoutGate(result, timeoutMs);
+  const area = areaSentence(result);
+  if (verdict !== distanceVerdict(result)) return { tone: verdict, heading: headings[verdict], reason: area, proof: areaProofs[verdict] };
+  const words = verdict === "pass" ? forPass(result) : verdict === "fail" ? forFail(result) : forUndecided(result, timeoutMs);
+  return area === "" ? words : { ...words, reason: `${words.reason} ${area}` };
+}
+
+const headings: Record<Verdict, string> = { pass: "Pass", fail: "Fail", undecided: "Undecided" };
+
+const areaProofs: Record<Verdict, string> = {
+  pass: "The interval proves it: its upper end is a bound of the exact share, not an estimate from samples.",
+  fail: "The interval proves it: its lower end is a bound of the exact share, not an estimate from samples.",
+  undecided: "What would decide: more time.",
+};
+
+// The verdict of max_distance alone; null: there is no such limit.
+function distanceVerdict({ gate, distance: { lower, upper } }: Comparison): Verdict | null {
+  const limit = gate?.max_distance ?? null;
+  if (limit === null) return null;
+  if (upper !== null && upper <= limit) return "pass";
+  return lower > limit ? "fail" : "undecided";
+}
+
+/** What is known of the area beyond the limit's distance; "": there is no such limit. */
+export function areaSentence(result: Comparison): string {
+  const { gate, share_beyond: found } = result;
+  if (!gate?.max_share_beyond || !found) return "";
+  const { lower, upper } = found.share;
+  const from = toDigitsBelow(100 * lower, 4), to = toDigitsAbove(100 * (upper ?? 1), 4);
+  const most = inPercent(gate.max_share_beyond.share);
+  const range = lower === 0 ? `At most ${to} %` : `Between ${from} and ${to} %`;
+  const open = found.verdict === "undecided" ? `: whether at most ${most} is, is not decided` : `; at most ${most} may be`;
+  return `${range} of the area is farther than ${withUnits(plain(found.distance), unitsOf(result))}${open}.`;
 }
 
 function figures(result: Comparison) {
