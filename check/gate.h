@@ -1,4 +1,4 @@
-// One gate: two files and the distance that they may have. The central type of `meshgauge check`.
+// One gate: two files and how far they may be apart. The central type of `meshgauge check`.
 //
 //   gates.yaml -> read_manifest -> expand (globs, names) -> Gate ... -> run (here, or by a service) -> GateOutcome ...
 //   -> Report -> terminal, JSON, JUnit, SARIF, Markdown, HTML, exit code
@@ -17,19 +17,21 @@ namespace meshgauge::check {
 
 using api::LengthUnit;
 
-// The largest distance that passes. Exactly one of the two is given.
+// A distance that is a limit. Exactly one of the two is given; neither: the gate has no such limit.
 struct Limit {
   std::optional<double> max_distance;  // in `unit`; without a unit, in the unit of the result (docs/units.md)
   std::optional<double>
       max_diagonal_share;          // fraction of the diagonal of the baseline's bounding box: 0.01 is one percent
   std::optional<LengthUnit> unit;  // unit of max_distance
+
+  bool is_given() const { return max_distance || max_diagonal_share; }
 };
 
-// Returns the limit as a distance. `baseline_diagonal`: diagonal of the baseline's bounding box, in the baseline's
-// unit; a share is a fraction of it.
-inline double max_distance(const Limit& limit, double baseline_diagonal) {
-  return limit.max_distance ? *limit.max_distance : limit.max_diagonal_share.value_or(0) * baseline_diagonal;
-}
+// The largest share of the area, from 0 to 1, that may be farther than a distance.
+struct AreaLimit {
+  Limit distance;
+  double share = 0;
+};
 
 // The engine's defaults, with a smaller tolerance: a gate ends when its limit is decided, and an interval of one
 // percent could still contain the limit. Once it is decided the interval is narrowed, so that reports say by how much a
@@ -41,16 +43,20 @@ inline Options gate_options() {
   return options;
 }
 
+// A gate that limits the area alone needs no narrow interval of the distance, which is only shown.
+inline constexpr Tolerance kToleranceOfArea{std::nullopt, 1e-3, 0.1};
+
 // `candidate` is mesh a, `baseline` mesh b: a_to_b is from the candidate to the baseline.
 struct Gate {
   std::string name;                 // unique in a run
   std::filesystem::path candidate;  // as a user would write it: relative to the current folder where possible
   std::filesystem::path baseline;
-  Limit limit;
-  // Holds direction, strategy, points, tolerance, threads and the declared units. max_distance and the limit's unit
-  // come from `limit`.
+  Limit limit;                          // max_distance
+  std::optional<AreaLimit> area_limit;  // max_share_beyond; its distance has the unit of `limit`, where both are given
+  // Holds direction, strategy, points, tolerance, threads and the declared units; options_of() adds the limits.
   api::ComparisonOptions options = gate_options();
   bool threads_given = false;                 // false: the run decides
+  bool tolerance_given = false;               // false: kToleranceOfArea without max_distance
   std::chrono::milliseconds timeout{30'000};  // time limit of the whole gate
   bool warn_only = false;                     // fail and undecided are reported and do not count
   bool statistics = false;
@@ -59,12 +65,42 @@ struct Gate {
   int line = 0;          // 1-based
 };
 
-// Returns the units of the gate, for api::compare().
-inline api::AskedUnits units_of(const Gate& gate) {
-  api::AskedUnits units = gate.options.units;
-  units.limit = gate.limit.unit;
-  units.limit_of_b = gate.limit.max_diagonal_share.has_value();
-  return units;
+// The limits of a gate as numbers, lengths in the unit of the result. At least one is given.
+struct Limits {
+  std::optional<double> max_distance;
+  std::optional<api::ShareLimit> max_share_beyond;
+};
+
+// The distance that has the gate's unit.
+inline const Limit& main_limit(const Gate& gate) {
+  return gate.limit.is_given() || !gate.area_limit ? gate.limit : gate.area_limit->distance;
+}
+
+// Whether limits_of() needs the diagonal.
+inline bool has_diagonal_share(const Gate& gate) { return main_limit(gate).max_diagonal_share.has_value(); }
+
+// `baseline_diagonal`: diagonal of the baseline's bounding box, in the baseline's unit; a share is a fraction of it.
+inline Limits limits_of(const Gate& gate, double baseline_diagonal) {
+  const auto length = [&](const Limit& limit) {
+    return limit.max_distance ? *limit.max_distance : limit.max_diagonal_share.value_or(0) * baseline_diagonal;
+  };
+  Limits limits;
+  if (gate.limit.is_given()) limits.max_distance = length(gate.limit);
+  if (gate.area_limit) limits.max_share_beyond = {length(gate.area_limit->distance), gate.area_limit->share};
+  return limits;
+}
+
+// Returns the options of the gate, for api::compare() or a service. Threads are those of the gate.
+inline api::ComparisonOptions options_of(const Gate& gate, const Limits& limits) {
+  api::ComparisonOptions options = gate.options;
+  options.max_distance = limits.max_distance;
+  options.max_share_beyond = limits.max_share_beyond;
+  options.units.limit = main_limit(gate).unit;
+  options.units.limit_of_b = has_diagonal_share(gate);
+  if (!limits.max_distance && !gate.tolerance_given) options.tolerance = kToleranceOfArea;
+  if (gate.statistics) options.statistics.emplace();
+  options.topology = gate.expect.of_topology();
+  return options;
 }
 
 }  // namespace meshgauge::check

@@ -40,6 +40,41 @@ std::vector<std::string> notes_of(const Json& document) {
   return notes;
 }
 
+// Why the work on the areas ended: that of the first direction whose work did not end by itself.
+std::string area_status(const Json& document) {
+  for (const char* name : {"/areas/a_to_b/status", "/areas/b_to_a/status"}) {
+    const Json::json_pointer at(name);
+    if (document.contains(at) && document[at].is_string() && document[at] != "complete") return document[at];
+  }
+  return "complete";
+}
+
+std::optional<ShareBeyond> share_from(const Json& document, const api::ShareLimit& limit) {
+  const Json::json_pointer lower("/share_beyond/share/lower"), upper("/share_beyond/share/upper");
+  if (!document.contains(lower) || !document.contains(upper)) return std::nullopt;
+  if (!document[lower].is_number() || !document[upper].is_number()) return std::nullopt;
+  ShareBeyond share{limit, document[lower], document[upper], area_status(document)};
+  const bool is_interval = share.lower >= 0 && share.lower <= share.upper && share.upper <= 1;
+  return is_interval ? std::optional(std::move(share)) : std::nullopt;
+}
+
+Verdict worst(const std::vector<Criterion>& criteria) {
+  const auto is = [](Verdict verdict) { return [=](const Criterion& c) { return c.verdict == verdict; }; };
+  if (std::any_of(criteria.begin(), criteria.end(), is(Verdict::fail))) return Verdict::fail;
+  return std::all_of(criteria.begin(), criteria.end(), is(Verdict::pass)) ? Verdict::pass : Verdict::undecided;
+}
+
+// In percent; rounded outwards, but for ends that are exact.
+Criterion criterion_of(const ShareBeyond& share) {
+  const double lower = 100 * share.lower, upper = 100 * share.upper;
+  return {share.limit.distance,
+          100 * share.limit.share,
+          share.lower > 0 ? std::nextafter(lower, 0.0) : 0,
+          share.upper > 0 && share.upper < 1 ? std::nextafter(upper, 100.0) : upper,
+          share.status,
+          verdict_of(share.lower, share.upper, share.limit.share)};
+}
+
 bool bounded(const GateOutcome& outcome) { return outcome.measured && std::isfinite(outcome.measured->upper); }
 
 }  // namespace
@@ -58,19 +93,43 @@ api::ResultFacts facts_of(const Measured& measured) {
   return {measured.limit, measured.lower, measured.upper, measured.witness, measured.direction, measured.units};
 }
 
-Result<Measured> measured_from(Json document, double limit) {
+std::vector<Criterion> criteria_of(const Measured& measured) {
+  std::vector<Criterion> criteria;
+  if (measured.has_max_distance)
+    criteria.push_back({std::nullopt, measured.limit, measured.lower, measured.upper, measured.status,
+                        verdict_of(measured.lower, measured.upper, measured.limit)});
+  if (measured.share_beyond) criteria.push_back(criterion_of(*measured.share_beyond));
+  return criteria;
+}
+
+Criterion foremost(const Measured& measured) {
+  const std::vector<Criterion> criteria = criteria_of(measured);
+  const auto rank = [&](const Criterion& c) {
+    const double limit = std::max(c.limit, std::numeric_limits<double>::min());
+    return std::pair(c.verdict == measured.verdict, c.upper / limit);
+  };
+  return *std::max_element(criteria.begin(), criteria.end(),
+                           [&](const Criterion& a, const Criterion& b) { return rank(a) < rank(b); });
+}
+
+Result<Measured> measured_from(Json document, const Limits& limits) {
   const auto facts = api::result_facts(document, api::Side::a);
   if (!facts) return facts.error();
   const auto status = document.find("status");
   if (status == document.end() || !status->is_string()) return no_comparison("it has no status");
   Measured measured;
-  measured.limit = limit;
+  measured.has_max_distance = limits.max_distance.has_value();
+  if (limits.max_share_beyond) {
+    measured.share_beyond = share_from(document, *limits.max_share_beyond);
+    if (!measured.share_beyond) return no_comparison("it has no share of the area beyond the limit");
+  }
+  measured.limit = limits.max_distance ? *limits.max_distance : limits.max_share_beyond->distance;
   measured.lower = facts->lower;
   measured.upper = facts->upper;
   measured.units = facts->units;
   measured.notes = notes_of(document);
   measured.status = status->get<std::string>();
-  measured.verdict = verdict_of(measured.lower, measured.upper, limit);
+  measured.verdict = worst(criteria_of(measured));
   measured.witness = facts->witness;
   measured.direction = facts->direction;
   measured.document = std::move(document);
@@ -87,7 +146,7 @@ Verdict GateOutcome::verdict() const {
 }
 
 std::string GateOutcome::unit() const {
-  const auto& known = measured && measured->units.result.unit ? measured->units.result.unit : gate.limit.unit;
+  const auto& known = measured && measured->units.result.unit ? measured->units.result.unit : main_limit(gate).unit;
   return known ? std::string(api::to_string(*known)) : std::string();
 }
 

@@ -36,16 +36,36 @@ enum class Undecided {
 
 using Witness = api::ResultWitness;
 
+// The largest share of the area, in any direction that was measured, that is farther than max_share_beyond's distance.
+struct ShareBeyond {
+  api::ShareLimit limit;  // of the request
+  double lower = 0;       // from 0 to 1
+  double upper = 1;
+  std::string status;  // why its narrowing ended: "complete", "timeout", ...
+};
+
+// One limit of a gate, and the interval of what it limits.
+struct Criterion {
+  std::optional<double> beyond;  // the limit is of the area that is farther than this; nullopt: of the distance
+  double limit = 0;              // in the unit of the result; of the area in percent, as the following
+  double lower = 0;
+  double upper = 0;
+  std::string status;  // why the work on it ended
+  Verdict verdict = Verdict::undecided;
+};
+
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
 struct Measured {
   nlohmann::ordered_json document;  // JSON of the whole comparison
-  double limit = 0;                 // max_distance of the request
+  double limit = 0;                 // max_distance of the request, else the distance of max_share_beyond
+  bool has_max_distance = true;
+  std::optional<ShareBeyond> share_beyond;
   double lower = 0;
   double upper = 0;
-  api::UnitPlan units;             // units of the meshes as read, and of every length here
-  std::vector<std::string> notes;  // one sentence each: what was converted, what looks like a wrong unit
-  std::string status;              // "converged", "gate_decided", "timeout", ...
-  Verdict verdict = Verdict::undecided;
+  api::UnitPlan units;                            // units of the meshes as read, and of every length here
+  std::vector<std::string> notes;                 // one sentence each: what was converted, what looks like a wrong unit
+  std::string status;                             // "converged", "gate_decided", "timeout", ...
+  Verdict verdict = Verdict::undecided;           // of all limits
   std::optional<Witness> witness;                 // of the direction that attains `lower`; nullopt: there is none
   std::optional<api::ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
   // URL of the page that shows the comparison while the service keeps it: ASCII, safe inside a link of any report.
@@ -54,7 +74,13 @@ struct Measured {
 };
 
 // Extracts the fields from a comparison's JSON. Errors: internal if it is not a comparison or has no valid interval.
-Result<Measured> measured_from(nlohmann::ordered_json document, double limit);
+Result<Measured> measured_from(nlohmann::ordered_json document, const Limits& limits);
+
+// Returns the limits of the gate: of the distance, then of the area. At least one.
+std::vector<Criterion> criteria_of(const Measured& measured);
+
+// Returns the one to show where there is room for one: it has the verdict of the gate, and comes nearest to its limit.
+Criterion foremost(const Measured& measured);
 
 api::ResultFacts facts_of(const Measured& measured);
 
@@ -64,6 +90,7 @@ struct PastRun {
   Verdict verdict = Verdict::undecided;
   std::optional<double> lower, upper, limit;  // nullopt: not measured, or no finite upper bound
   std::string unit;                           // empty: not known
+  std::optional<ShareBeyond> share_beyond{};  // without its status; nullopt: no such limit, or not measured
 };
 
 struct GateOutcome {

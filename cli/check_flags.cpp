@@ -67,6 +67,23 @@ Result<Done> set_names(const CheckFlags& flags, Options& options) {
   return Done{};
 }
 
+Result<Done> set_limits(const CheckFlags& flags, check::Gate& gate) {
+  if (!flags.max_distance && !flags.max_share_beyond)
+    return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond");
+  if (flags.max_distance) {
+    const auto limit = check::parse_limit(*flags.max_distance);
+    if (!limit) return bad_flag("--max-distance", limit.error().message);
+    gate.limit = *limit;
+  }
+  if (flags.max_share_beyond) {
+    const auto limit = check::parse_area_limit(*flags.max_share_beyond);
+    if (!limit) return bad_flag("--max-share-beyond", limit.error().message);
+    gate.area_limit = *limit;
+  }
+  const auto ok = check::check_limits(gate);
+  return ok ? ok : bad_flag("--max-share-beyond", ok.error().message);
+}
+
 Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   check::Gate gate;
   gate.name = flags.files[0];
@@ -75,10 +92,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   if (flags.update_baselines) return gate;  // a limit is not needed
-  if (!flags.max_distance) return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'");
-  auto limit = check::parse_limit(*flags.max_distance);
-  if (!limit) return bad_flag("--max-distance", limit.error().message);
-  gate.limit = *limit;
+  if (auto ok = set_limits(flags, gate); !ok) return ok.error();
   if (auto ok = set_names(flags, gate.options); !ok) return ok.error();
   if (auto ok = set_units(flags.units, gate.options.units); !ok) return ok.error();
   return gate;
@@ -87,6 +101,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
 // Refuses flags that stand in the manifest of gates, where each has a line.
 Result<Done> fit_manifest(const CheckFlags& flags) {
   const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
+                                                {"--max-share-beyond", flags.max_share_beyond.has_value()},
                                                 {"--unit", flags.units.both.has_value()},
                                                 {"--unit-a", flags.units.a.has_value()},
                                                 {"--unit-b", flags.units.b.has_value()},
@@ -160,6 +175,8 @@ Result<Done> fit_only(const CheckFlags& flags) {
 void declare_measuring(CLI::App& command, CheckFlags& flags) {
   command.add_option("--max-distance", flags.max_distance,
                      "The largest distance that passes: '0.05', '0.05 mm', or '0.5 %' of the baseline's diagonal");
+  command.add_option("--max-share-beyond", flags.max_share_beyond,
+                     "The largest share of the area that may be farther than a distance: '0.05 mm: 1 %'");
   declare(command, flags.units, "CANDIDATE", "BASELINE");
   command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
   command.add_option("--timeout", flags.timeout, "Of each gate: '60 s', '500 ms', or a number of seconds");

@@ -39,7 +39,7 @@ struct Flags {
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
-  std::optional<std::string> max_distance;
+  std::optional<std::string> max_distance, max_share_beyond;
   std::vector<double> beyond, quantiles;
   std::optional<double> share_tolerance, length_tolerance;
   bool mean = false;
@@ -96,13 +96,28 @@ Result<Done> set_budget(const Flags& flags, Options& options) {
   return set_number(flags.memory_bytes, api::kMemoryBytesRange, "--memory-bytes", options.max_memory_bytes);
 }
 
-Result<Done> set_limit(const Flags& flags, api::ComparisonOptions& options) {
-  if (!flags.max_distance) return Done{};
-  const auto limit = check::parse_length(*flags.max_distance);
-  if (!limit) return refused("--max-distance " + limit.error().message, "", "--max-distance");
-  options.max_distance = limit->max_distance;
-  options.units.limit = limit->unit;
-  options.narrow = !flags.fast;
+// A distance of compare is no share of the diagonal.
+Result<Done> set_limits(const Flags& flags, api::ComparisonOptions& options) {
+  check::Gate gate;
+  if (flags.max_distance) {
+    const auto limit = check::parse_length(*flags.max_distance);
+    if (!limit) return refused("--max-distance " + limit.error().message, "", "--max-distance");
+    gate.limit = *limit;
+  }
+  if (flags.max_share_beyond) {
+    const auto limit = check::parse_area_limit(*flags.max_share_beyond);
+    if (!limit) return bad_flag("--max-share-beyond", limit.error().message);
+    if (limit->distance.max_diagonal_share)
+      return bad_flag("--max-share-beyond", "the distance must be a length, such as 0.05 mm, not a share");
+    gate.area_limit = *limit;
+  }
+  if (const auto ok = check::check_limits(gate); !ok) return bad_flag("--max-share-beyond", ok.error().message);
+  const check::Limits limits = check::limits_of(gate, 0);
+  options.max_distance = limits.max_distance;
+  options.max_share_beyond = limits.max_share_beyond;
+  options.units.limit = check::main_limit(gate).unit;
+  if (flags.fast && !has_limit(options)) return bad_flag("--fast", "needs --max-distance or --max-share-beyond");
+  options.narrow = has_limit(options) && !flags.fast;
   return Done{};
 }
 
@@ -167,7 +182,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_points(flags, options); !ok) return ok.error();
   if (auto ok = set_tolerance(flags, options.tolerance); !ok) return ok.error();
   if (auto ok = set_budget(flags, options); !ok) return ok.error();
-  if (auto ok = set_limit(flags, options); !ok) return ok.error();
+  if (auto ok = set_limits(flags, options); !ok) return ok.error();
   if (auto ok = set_units(flags.units, options.units); !ok) return ok.error();
   if (auto ok = set_areas(flags, options); !ok) return ok.error();
   if (auto ok = set_statistics(flags, options); !ok) return ok.error();
@@ -258,8 +273,9 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--relative", flags->relative, "Stop when upper - lower is at most this part of lower");
   command.add_option("--max-distance", flags->max_distance,
                      "Gate: stop when the distance is known to pass or fail; '0.05', or '0.05 mm'");
-  command.add_flag("--fast", flags->fast, "End as soon as the gate is decided, without narrowing the interval")
-      ->needs("--max-distance");
+  command.add_option("--max-share-beyond", flags->max_share_beyond,
+                     "Gate: the largest share of the area that may be farther than a distance; '0.05 mm: 1 %'");
+  command.add_flag("--fast", flags->fast, "End as soon as the gate is decided, without narrowing the interval");
   declare(command, flags->units, "A", "B");
   command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();
   command.add_option("--points", flags->points, "Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585");

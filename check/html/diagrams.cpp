@@ -89,41 +89,50 @@ std::string icon(Verdict verdict) {
          sign(verdict) + "</svg>";
 }
 
-std::string interval_drawing(const Measured& measured, const std::string& units) {
+std::string interval_drawing(const Criterion& criterion, const std::string& units) {
   // An unknown upper bound has no place on the axis; it extends to the end.
-  std::vector<double> values{measured.lower, measured.limit};
-  if (std::isfinite(measured.upper)) values.push_back(measured.upper);
+  std::vector<double> values{criterion.lower, criterion.limit};
+  if (std::isfinite(criterion.upper)) values.push_back(criterion.upper);
   const Axis axis = axis_for(values);
-  const IntervalText text = to_text(measured.lower, measured.upper, measured.limit);
-  const double limit = axis.at(measured.limit), from = axis.at(measured.lower), to = axis.at(measured.upper);
+  const IntervalText text = to_text(criterion.lower, criterion.upper, criterion.limit);
+  const double limit = axis.at(criterion.limit), from = axis.at(criterion.lower), to = axis.at(criterion.upper);
 
+  const std::string unit = criterion.beyond ? "%" : units;
+  const std::string what =
+      criterion.beyond ? "The share of the area farther than " + api::with_unit(to_digits(*criterion.beyond, 6), units)
+                       : "The distance";
   std::string out =
       box("zone pass", 0, limit, 22, 36) + box("zone fail", limit, 1, 22, 36) + box("zone-hatch", limit, 1, 22, 36);
   out += "<text class=\"zone-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
   out += "<text class=\"zone-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
-  out += interval_bar(from, to, measured.verdict, 34, 12);
-  out += line("limit", limit, 16, 64) + label("limit-name", limit, 12, "limit " + api::with_unit(text.limit, units));
-  out += label("value", 0.5 * (from + to), 76, api::with_unit(text.both(), units));
+  out += interval_bar(from, to, criterion.verdict, 34, 12);
+  out += line("limit", limit, 16, 64) + label("limit-name", limit, 12, "limit " + api::with_unit(text.limit, unit));
+  out += label("value", 0.5 * (from + to), 76, api::with_unit(text.both(), unit));
   out += axis_ticks(axis, 84);
-  return drawing("interval", 106,
-                 "The distance is between " + text.lower + " and " + text.upper + "; the limit is " + text.limit +
-                     (axis.logarithmic ? ". Logarithmic axis." : ". Linear axis."),
-                 out);
+  const std::string svg = drawing(
+      "interval", 106,
+      what + " is between " + text.lower + " and " + text.upper + (criterion.beyond ? " %" : "") + "; the limit is " +
+          text.limit + (criterion.beyond ? " %" : "") + (axis.logarithmic ? ". Logarithmic axis." : ". Linear axis."),
+      out);
+  if (!criterion.beyond) return svg;
+  return "<figure><figcaption>" + escaped(what) + "</figcaption>" + svg + "</figure>";
 }
 
-std::string interval_line(const Measured& measured) {
+std::string interval_line(const Criterion& criterion) {
   // x/(1+x) of the share of the limit: 0 at the left, the limit in the middle, infinity at the right.
   const auto place = [&](double x) {
-    const double share = measured.limit > 0 ? x / measured.limit : x > 0 ? INFINITY : 0;
+    const double share = criterion.limit > 0 ? x / criterion.limit : x > 0 ? INFINITY : 0;
     return std::isfinite(share) ? share / (1 + share) : 1;
   };
   std::string out =
       box("zone pass", 0, 0.5, 3, 14) + box("zone fail", 0.5, 1, 3, 14) + box("zone-hatch", 0.5, 1, 3, 14);
-  out += interval_bar(place(measured.lower), place(measured.upper), measured.verdict, 7, 6) + line("limit", 0.5, 0, 20);
+  out +=
+      interval_bar(place(criterion.lower), place(criterion.upper), criterion.verdict, 7, 6) + line("limit", 0.5, 0, 20);
   return "<svg class=\"interval-line\" width=\"100%\" height=\"20\" aria-hidden=\"true\">" + out + "</svg>";
 }
 
-std::string history_drawing(const std::vector<PastRun>& runs, const std::string& units) {
+std::string history_drawing(const Chart& chart) {
+  const std::vector<PastRun>& runs = chart.runs;
   constexpr int kTop = 6, kBottom = 86;
   if (runs.size() < 2) return "";
   double high = 0;
@@ -144,8 +153,9 @@ std::string history_drawing(const std::vector<PastRun>& runs, const std::string&
                std::min(top, kBottom - height), height);
   }
   const auto& last = runs.back();
-  const std::string limit = last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), units) : "";
-  return "<figure><figcaption>Last " + std::to_string(runs.size()) + " runs, the newest on the right</figcaption>" +
+  const std::string limit = last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), chart.unit) : "";
+  return "<figure><figcaption>Last " + std::to_string(runs.size()) +
+         " runs, the newest on the right: " + escaped(chart.what) + "</figcaption>" +
          drawing("history", kBottom + 2,
                  "The intervals of the last " + std::to_string(runs.size()) + " runs" + limit + ".", out) +
          "</figure>";

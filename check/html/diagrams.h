@@ -8,6 +8,7 @@
 
 #include "check/html/picture.h"
 #include "check/outcome.h"
+#include "check/reports/history.h"
 
 namespace meshgauge::check {
 
@@ -15,15 +16,15 @@ std::string definitions();  // definitions that the other drawings use; once per
 
 std::string icon(Verdict verdict);  // a different shape for each verdict, so that colours are not needed
 
-// Draws the interval against the limit. `units`: a label, may be empty.
-std::string interval_drawing(const Measured& measured, const std::string& units);
+// Draws the interval against the limit. `units`: of a length; a label, may be empty.
+std::string interval_drawing(const Criterion& criterion, const std::string& units);
 
 // Draws the same for a line of a table, with the limit always in the middle.
-std::string interval_line(const Measured& measured);
+std::string interval_line(const Criterion& criterion);
 
 // Draws the interval of each run as a bar above the limit's line, the oldest on the left. Empty for fewer than two
 // runs.
-std::string history_drawing(const std::vector<PastRun>& runs, const std::string& units);
+std::string history_drawing(const Chart& chart);
 
 std::string histogram_drawing(const Histogram& histogram, double limit, const std::string& units);
 

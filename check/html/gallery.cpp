@@ -55,9 +55,9 @@ Gallery::~Gallery() {
 
 Gallery::Need Gallery::need_of(const GateOutcome& outcome) {
   if (!outcome.measured) return {Verdict::error, 0, outcome.gate.name};
-  const Measured& measured = *outcome.measured;
-  const double share = measured.upper / std::max(measured.limit, std::numeric_limits<double>::min());
-  return {measured.verdict, share, outcome.gate.name};
+  const Criterion criterion = foremost(*outcome.measured);
+  const double share = criterion.upper / std::max(criterion.limit, std::numeric_limits<double>::min());
+  return {outcome.measured->verdict, share, outcome.gate.name};
 }
 
 void Gallery::add(const GateOutcome& outcome) {

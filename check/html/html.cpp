@@ -147,10 +147,12 @@ std::string index_row(const GateOutcome& outcome, std::size_t index) {
                     icon(outcome.verdict()) + kind + "</span></td><th scope=\"row\"><a href=\"#" + gate_id(index) +
                     "\">" + escaped(outcome.gate.name) + "</a></th>";
   if (outcome.measured) {
-    const IntervalText text = to_text(outcome.measured->lower, outcome.measured->upper, outcome.measured->limit);
-    out += "<td class=\"number\">" + text.both() + "</td>";
+    std::string found;
+    for (const Criterion& c : criteria_of(*outcome.measured))
+      found += (found.empty() ? "" : ", ") + to_text(c.lower, c.upper, c.limit).both() + (c.beyond ? " %" : "");
+    out += "<td class=\"number\">" + found + "</td>";
     out += "<td class=\"number\">" + escaped(limit_text(outcome)) + "</td><td class=\"wide\">" +
-           interval_line(*outcome.measured) + "</td>";
+           interval_line(foremost(*outcome.measured)) + "</td>";
   } else {
     out += "<td class=\"number\">none</td><td class=\"number\">" + escaped(limit_text(outcome)) +
            "</td><td class=\"wide\"></td>";

@@ -7,22 +7,25 @@
 #include "check/html/figures.h"
 #include "check/html/html_facts.h"
 #include "check/html/markup.h"
+#include "check/reports/wording.h"
 
 namespace meshgauge::check {
 namespace {
 
 using api::with_unit;
 
-IntervalText interval_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
+IntervalText figures_of(const Criterion& criterion) {
+  return to_text(criterion.lower, criterion.upper, criterion.limit);
+}
 
 // Difference to the limit, rounded towards what the interval proves.
-std::string margin(const Measured& measured) {
-  if (!(measured.limit > 0)) return "";
-  if (measured.verdict == Verdict::pass) {
-    return "at most " + to_digits_above(100 * measured.upper / measured.limit, 3) + " % of the limit";
+std::string margin(const Criterion& criterion) {
+  if (!(criterion.limit > 0)) return "";
+  if (criterion.verdict == Verdict::pass) {
+    return "at most " + to_digits_above(100 * criterion.upper / criterion.limit, 3) + " % of the limit";
   }
-  const double times = measured.lower / measured.limit;
-  if (measured.verdict != Verdict::fail) return "";
+  const double times = criterion.lower / criterion.limit;
+  if (criterion.verdict != Verdict::fail) return "";
   return times < 2 ? "at least " + to_digits_below(100 * (times - 1), 2) + " % above the limit"
                    : "at least " + to_digits_below(times, 3) + " times the limit";
 }
@@ -159,11 +162,39 @@ std::string surprises(const GateOutcome& outcome) {
 
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
-  std::string out = expectation_table(outcome) + interval_drawing(measured, outcome.unit()) + "\n" +
-                    history_drawing(outcome.history, outcome.unit()) + notes_part(measured);
+  std::string out = expectation_table(outcome);
+  for (const Criterion& criterion : criteria_of(measured)) out += interval_drawing(criterion, outcome.unit()) + "\n";
+  for (const Chart& chart : charts_of(outcome)) out += history_drawing(chart);
+  out += notes_part(measured);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
   out += advice_part(outcome) + link_part(measured) + witness_list(outcome) + pictures_part(picture, outcome.unit());
   return out + facts_part(outcome);
+}
+
+// Returns "within the limit of 0.05 mm: the distance is at most 0.04 mm, at most 80 % of the limit." or the like.
+std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, const std::string& limit) {
+  const IntervalText text = figures_of(criterion);
+  const std::string unit = criterion.beyond ? "%" : outcome.unit(), by = margin(criterion);
+  const std::string end = (by.empty() ? "" : ", " + by) + ". ";
+  const bool is_pass = criterion.verdict == Verdict::pass;
+  if (criterion.verdict == Verdict::undecided) {
+    const std::string of = criterion.beyond ? "share of the area farther than " +
+                                                  with_unit(to_digits(*criterion.beyond, 6), outcome.unit())
+                                            : "distance";
+    return "Not decided: the limit of " + limit + " lies between the bounds of the " + of + ", " + text.lower +
+           " and " + with_unit(text.upper, unit) + ". ";
+  }
+  const std::string found = criterion.beyond ? area_in_words(outcome, criterion)
+                                             : std::string("the distance is at ") + (is_pass ? "most " : "least ") +
+                                                   with_unit(is_pass ? text.upper : text.lower, unit);
+  return (is_pass ? "Certainly within the limit of " : "Certainly beyond the limit of ") + limit + ": " + found + end;
+}
+
+// The limit of the distance, as the manifest says it.
+std::string length_text(const GateOutcome& outcome, const Limit& limit, const std::string& measured) {
+  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, 12), outcome.unit());
+  const std::string text = to_digits(100 * limit.max_diagonal_share.value_or(0), 12) + " % of the diagonal";
+  return measured.empty() ? text : text + " (" + with_unit(measured, outcome.unit()) + ")";
 }
 
 }  // namespace
@@ -171,10 +202,16 @@ std::string measured_part(const GateOutcome& outcome, const GatePicture* picture
 std::string gate_id(std::size_t index) { return "gate-" + std::to_string(index + 1); }
 
 std::string limit_text(const GateOutcome& outcome) {
-  const Limit& limit = outcome.gate.limit;
-  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, 12), outcome.unit());
-  std::string text = to_digits(100 * limit.max_diagonal_share.value_or(0), 12) + " % of the diagonal";
-  if (outcome.measured) text += " (" + with_unit(interval_of(*outcome.measured).limit, outcome.unit()) + ")";
+  const auto& measured = outcome.measured;
+  const auto criteria = measured ? criteria_of(*measured) : std::vector<Criterion>{};
+  std::string text;
+  if (outcome.gate.limit.is_given() || !outcome.gate.area_limit)
+    text = length_text(outcome, outcome.gate.limit, criteria.empty() ? "" : figures_of(criteria.front()).limit);
+  if (const auto& area = outcome.gate.area_limit) {
+    const std::string beyond = criteria.empty() ? "" : to_digits(*criteria.back().beyond, 6);
+    text += (text.empty() ? "" : ", ") + to_digits(100 * area->share, 12) + " % beyond " +
+            length_text(outcome, area->distance, beyond);
+  }
   return text;
 }
 
@@ -183,21 +220,13 @@ std::string sentence(const GateOutcome& outcome) {
     const std::string why = outcome.error ? outcome.advice() : "";
     return why.empty() ? "Interrupted before anything was known." : why;
   }
-  const Measured& measured = *outcome.measured;
-  const IntervalText text = interval_of(measured);
-  const std::string limit = limit_text(outcome), by = margin(measured);
-  const std::string tail =
-      (by.empty() ? "" : ", " + by) + ". Measured " + direction_of(outcome.gate.options.direction) + ".";
-  if (measured.verdict == Verdict::pass) {
-    return "Certainly within the limit of " + limit + ": the distance is at most " +
-           with_unit(text.upper, outcome.unit()) + tail;
+  std::string text;
+  for (const Criterion& criterion : criteria_of(*outcome.measured)) {
+    const std::string limit = criterion.beyond ? figures_of(criterion).limit + " %"
+                                               : length_text(outcome, outcome.gate.limit, figures_of(criterion).limit);
+    text += sentence_of(outcome, criterion, limit);
   }
-  if (measured.verdict == Verdict::fail) {
-    return "Certainly beyond the limit of " + limit + ": the distance is at least " +
-           with_unit(text.lower, outcome.unit()) + tail;
-  }
-  return "Not decided: the limit of " + limit + " lies between the bounds of the distance, " + text.lower + " and " +
-         with_unit(text.upper, outcome.unit()) + tail;
+  return text + "Measured " + direction_of(outcome.gate.options.direction) + ".";
 }
 
 std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, std::size_t index, Undecided rule) {

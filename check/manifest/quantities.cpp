@@ -81,6 +81,40 @@ Result<Limit> parse_limit(std::string_view text) {
   return limit;
 }
 
+Result<double> parse_share(std::string_view text) {
+  const auto quantity = split(text);
+  if (!quantity || quantity->unit != "%")
+    return refused("must be a share of the area in percent (1 %), not " + api::shown_text(text));
+  if (!(quantity->number >= 0 && quantity->number <= 100))
+    return refused("must be from 0 % to 100 %, not " + api::shown_text(text));
+  return quantity->number / 100;
+}
+
+Result<AreaLimit> parse_area_limit(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos)
+    return refused("must be a distance, ':' and a share of the area (0.05 mm: 1 %), not " + api::shown_text(text));
+  const auto distance = parse_limit(text.substr(0, colon));
+  if (!distance) return refused("the distance " + distance.error().message);
+  const auto share = parse_share(text.substr(colon + 1));
+  if (!share) return refused("the share " + share.error().message);
+  return AreaLimit{*distance, *share};
+}
+
+Result<Done> check_limits(const Gate& gate) {
+  if (!gate.limit.is_given() || !gate.area_limit) return Done{};
+  const Limit &one = gate.limit, &other = gate.area_limit->distance;
+  const bool same =
+      one.unit == other.unit && one.max_diagonal_share.has_value() == other.max_diagonal_share.has_value();
+  const auto kind = [](const Limit& limit) {
+    if (limit.max_diagonal_share) return std::string("is a share of the diagonal");
+    return limit.unit ? "is in " + std::string(to_string(*limit.unit)) : std::string("has no unit");
+  };
+  if (same) return Done{};
+  return refused("its distance " + kind(other) + ", and max_distance " + kind(one) +
+                 ": a gate is measured in one unit, write both in the same");
+}
+
 Result<LengthUnit> parse_unit(std::string_view text) {
   const auto unit = api::parse_unit(trimmed(text));
   if (!unit) return no_unit(text);

@@ -20,6 +20,15 @@ Result<Limit> parse_limit(std::string_view text);
 // Parses a limit that is not a share.
 Result<Limit> parse_length(std::string_view text);
 
+// Parses a share of the area, "1 %", as a fraction of 1. A number without '%' is refused: it would be read either way.
+Result<double> parse_share(std::string_view text);
+
+// Parses max_share_beyond as a flag: a distance as parse_limit(), ':' and a share, "0.05 mm: 1 %".
+Result<AreaLimit> parse_area_limit(std::string_view text);
+
+// Refuses two distances of a gate that do not have the same unit: a gate is measured in one.
+Result<Done> check_limits(const Gate& gate);
+
 // Parses "mm" or "inches".
 Result<LengthUnit> parse_unit(std::string_view text);
 

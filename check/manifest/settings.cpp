@@ -51,15 +51,47 @@ void read_name(const api::Name<Enum> (&table)[N], const Setting& setting, Enum& 
          mistakes);
 }
 
+// Returns the value; nullopt: it is no text, or `parse` refuses it.
+template <class Parse>
+auto read_quantity(const Setting& setting, const Parse& parse, const char* what, Mistakes& mistakes) {
+  auto parsed = parse(setting.value.text);
+  if (setting.value.is_text() && parsed) return std::optional(*parsed);
+  refuse(setting,
+         setting.value.is_text() ? parsed.error().message
+                                 : std::string("must be ") + what + ", not " + shown(setting.value),
+         mistakes);
+  return decltype(std::optional(*parsed))();
+}
+
 void read_max_distance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   draft.limit_given = true;
-  const auto limit = parse_limit(setting.value.text);
-  if (setting.value.is_text() && limit) {
-    draft.gate.limit = *limit;
-    return;
+  if (const auto limit = read_quantity(setting, parse_limit, "a number", mistakes)) draft.gate.limit = *limit;
+}
+
+void read_max_share_beyond(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  draft.limit_given = true;
+  const YamlNode& map = setting.value;
+  constexpr std::string_view kKnown[] = {"distance", "share"};
+  if (map.kind != Kind::map)
+    return refuse(setting, "must be a map of distance and share, as {distance: 0.05 mm, share: 1 %}, not " + shown(map),
+                  mistakes);
+  draft.area_limit = map.place;
+  AreaLimit& limit = draft.gate.area_limit.emplace();
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const Setting part{map.keys[i].text, map.items[i]};
+    if (part.key == kKnown[0]) {
+      limit.distance = read_quantity(part, parse_limit, "a number", mistakes).value_or(Limit{});
+    } else if (part.key == kKnown[1]) {
+      limit.share = read_quantity(part, parse_share, "a share of the area", mistakes).value_or(0);
+    } else {
+      mistakes.add(map.keys[i].place, "unknown key " + api::shown_text(part.key) + suggestion(part.key, kKnown));
+    }
   }
-  refuse(setting, setting.value.is_text() ? limit.error().message : "must be a number, not " + shown(setting.value),
-         mistakes);
+  for (const std::string_view key : kKnown) {
+    if (map.keys.size() < std::size(kKnown) &&
+        std::none_of(map.keys.begin(), map.keys.end(), [&](const Written& w) { return w.text == key; }))
+      refuse(setting, "has no " + std::string(key) + ": write {distance: 0.05 mm, share: 1 %}", mistakes);
+  }
 }
 
 void read_direction(const Setting& setting, Draft& draft, Mistakes& mistakes) {
@@ -67,13 +99,7 @@ void read_direction(const Setting& setting, Draft& draft, Mistakes& mistakes) {
 }
 
 void read_timeout(const Setting& setting, Draft& draft, Mistakes& mistakes) {
-  const auto timeout = parse_duration(setting.value.text);
-  if (setting.value.is_text() && timeout) {
-    draft.gate.timeout = *timeout;
-    return;
-  }
-  refuse(setting, setting.value.is_text() ? timeout.error().message : "must be a time, not " + shown(setting.value),
-         mistakes);
+  if (const auto timeout = read_quantity(setting, parse_duration, "a time", mistakes)) draft.gate.timeout = *timeout;
 }
 
 void read_strategy(const Setting& setting, Draft& draft, Mistakes& mistakes) {
@@ -107,6 +133,7 @@ void read_tolerance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   }
   Tolerance& tolerance = draft.gate.options.tolerance;
   tolerance = {};  // as in the API: given members replace the defaults
+  draft.gate.tolerance_given = true;
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
     const Written& key = map.keys[i];
     const auto rule = std::find_if(std::begin(kToleranceRules), std::end(kToleranceRules),
@@ -172,6 +199,7 @@ void read_unmatched_baselines(const Setting& setting, Draft& draft, Mistakes& mi
 }
 
 constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
+                                       {"max_share_beyond", read_max_share_beyond},
                                        {"direction", read_direction},
                                        {"timeout", read_timeout},
                                        {"strategy", read_strategy},
@@ -209,6 +237,8 @@ std::optional<bool> read_boolean(const Setting& setting, Mistakes& mistakes) {
 std::span<const SettingReader> setting_readers() { return kSettings; }
 
 void check_settings(const Draft& draft, Mistakes& mistakes) {
+  if (const auto ok = check_limits(draft.gate); !ok && draft.gate.area_limit->distance.is_given())
+    mistakes.add(draft.area_limit, "max_share_beyond: " + ok.error().message);
   // `points` of the defaults applies to gates that keep the defaults' strategy.
   const bool counts = draft.points.line > 0 && (draft.own_points || !draft.own_strategy);
   if (!counts) return;

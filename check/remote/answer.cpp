@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/json_filter.h"
+#include "api/json_of.h"
 #include "api/names.h"
 #include "api/problem.h"
 #include "api/result_document.h"
@@ -126,13 +127,18 @@ std::string sha256_of(const Json& comparison, const char* part) {
   return mesh != meshes->end() && mesh->is_object() ? text(*mesh, "sha256") : "";
 }
 
-bool is_answer_to(const Json& comparison, const Gate& gate_asked, double max_distance) {
-  if (text(comparison, "direction") != api::name_of(api::kDirections, gate_asked.options.direction)) return false;
-  if (!has_units_of(comparison, units_of(gate_asked))) return false;
+bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& limits) {
+  const api::ComparisonOptions asked = options_of(gate_asked, limits);
+  if (text(comparison, "direction") != api::name_of(api::kDirections, asked.direction)) return false;
+  if (!has_units_of(comparison, asked.units)) return false;
   const auto gate = comparison.find("gate");
   if (gate == comparison.end() || !gate->is_object()) return false;
-  const auto limit = gate->find("max_distance");
-  return limit != gate->end() && limit->is_number() && limit->get<double>() == max_distance;
+  const auto same = [&](const char* member, const Json& wanted) {
+    const auto found = gate->find(member);
+    return found == gate->end() ? wanted.is_null() : *found == wanted;
+  };
+  return same("max_distance", limits.max_distance ? Json(*limits.max_distance) : Json()) &&
+         same("max_share_beyond", limits.max_share_beyond ? Json(api::json_of(*limits.max_share_beyond)) : Json());
 }
 
 std::optional<Problem> problem_from(const Json& json) {

@@ -9,18 +9,17 @@ namespace meshgauge::check::service {
 using Json = nlohmann::ordered_json;
 
 Result<Done> Pair::send() {
-  if (auto ok = find_limit(); !ok) return ok;
+  if (auto ok = find_limits(); !ok) return ok;
   if (auto ok = send(a_, Sender::Part::candidate); !ok) return ok;
   return send(b_, Sender::Part::baseline);
 }
 
-Result<Done> Pair::find_limit() {
-  if (max_distance_) return Done{};
-  max_distance_ = gate_.limit.max_distance;
-  if (max_distance_) return Done{};
-  const auto diagonal = sender_.baseline_diagonal(gate_, control_);
+Result<Done> Pair::find_limits() {
+  if (limits_) return Done{};
+  Result<double> diagonal = 0.0;
+  if (has_diagonal_share(gate_)) diagonal = sender_.baseline_diagonal(gate_, control_);
   if (!diagonal) return diagonal.error();
-  max_distance_ = check::max_distance(gate_.limit, *diagonal);
+  limits_ = limits_of(gate_, *diagonal);
   return Done{};
 }
 
@@ -37,11 +36,11 @@ bool Pair::forget(const std::string& part) {
   return !std::exchange(mesh.sent_again, true);
 }
 
-Json Pair::asked() const { return asked_of(a_.id, b_.id, gate_, *max_distance_); }
+Json Pair::asked() const { return asked_of(a_.id, b_.id, gate_, *limits_); }
 
 bool Pair::is_ours(const Json& document) const {
   return sha256_of(document, "a") == a_.id && sha256_of(document, "b") == b_.id &&
-         is_answer_to(document, gate_, *max_distance_);
+         is_answer_to(document, gate_, *limits_);
 }
 
 End Pair::end_of(Job job) const {

@@ -26,7 +26,7 @@ class Pair {
  public:
   Pair(Sender& sender, const Gate& gate, Control& control) : sender_(sender), gate_(gate), control_(control) {}
 
-  // Computes the limit and stores both meshes at the service. Blocks.
+  // Computes the limits and stores both meshes at the service. Blocks.
   Result<Done> send();
 
   // Makes the next send() upload this mesh, "a" or "b", without asking, since the service has lost it. False: it was
@@ -35,7 +35,7 @@ class Pair {
 
   const Gate& gate() const { return gate_; }
   // Precondition of the following: send() has succeeded.
-  double max_distance() const { return *max_distance_; }  // the gate's limit; a share is in the baseline's own unit
+  const Limits& limits() const { return *limits_; }  // a share of the diagonal is in the baseline's own unit
   nlohmann::ordered_json asked() const;
 
   // Whether the document is about these meshes and options. A proxy may answer with something else.
@@ -50,13 +50,13 @@ class Pair {
     bool sent_again = false;  // uploaded again once
   };
 
-  Result<Done> find_limit();
+  Result<Done> find_limits();
   Result<Done> send(Mesh& mesh, Sender::Part part);
 
   Sender& sender_;
   const Gate& gate_;
   Control& control_;
-  std::optional<double> max_distance_;
+  std::optional<Limits> limits_;
   Mesh a_, b_;
 };
 

@@ -8,11 +8,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json gate_of(const Gate& gate, double max_distance) {
-  Json json{{"max_distance", max_distance}};
-  const std::string_view unit = api::limit_unit_name(units_of(gate));
+Json gate_of(const api::ComparisonOptions& options) {
+  Json json = Json::object();
+  if (options.max_distance) json["max_distance"] = *options.max_distance;
+  if (const auto& limit = options.max_share_beyond) json["max_share_beyond"] = api::json_of(*limit);
+  const std::string_view unit = api::limit_unit_name(options.units);
   if (!unit.empty()) json["units"] = unit;
-  if (gate.options.narrow) json["narrow"] = true;
+  if (options.narrow) json["narrow"] = true;
   return json;
 }
 
@@ -32,26 +34,26 @@ Json budget(const Options& options) {
   return json;
 }
 
-Json options_of(const Gate& gate, double max_distance) {
-  const Options& options = gate.options;
+Json json_of(const Gate& gate, const Limits& limits) {
+  const api::ComparisonOptions options = options_of(gate, limits);
   Json json{{"direction", api::name_of(api::kDirections, options.direction)},
-            {"gate", gate_of(gate, max_distance)},
+            {"gate", gate_of(options)},
             {"strategy", api::name_of(api::kStrategies, options.strategy)},
             {"timeout_ms", gate.timeout.count()}};
   if (Json rules = api::json_of(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
   if (gate.threads_given) json["threads"] = options.threads;
   if (gate.statistics) json["statistics"] = true;
-  if (gate.expect.of_topology()) json["topology"] = true;
+  if (options.topology) json["topology"] = true;
   if (Json declared = units(gate.options.units); !declared.empty()) json["units"] = std::move(declared);
-  if (Json limits = budget(options); !limits.empty()) json["budget"] = std::move(limits);
+  if (Json most = budget(options); !most.empty()) json["budget"] = std::move(most);
   return json;
 }
 
 }  // namespace
 
-Json asked_of(const std::string& a, const std::string& b, const Gate& gate, double max_distance) {
-  return {{"a", a}, {"b", b}, {"options", options_of(gate, max_distance)}};
+Json asked_of(const std::string& a, const std::string& b, const Gate& gate, const Limits& limits) {
+  return {{"a", a}, {"b", b}, {"options", json_of(gate, limits)}};
 }
 
 std::string document_of(const Json& asked) { return asked.dump(-1, ' ', false, Json::error_handler_t::replace); }

@@ -28,6 +28,12 @@ bool fails_by_expectation(const GateOutcome& outcome) {
   return outcome.measured && outcome.measured->verdict != outcome.verdict();
 }
 
+bool fails_by_area(const GateOutcome& outcome) {
+  if (!outcome.measured || outcome.measured->verdict != Verdict::fail) return false;
+  const Criterion first = criteria_of(*outcome.measured).front();
+  return first.beyond || first.verdict != Verdict::fail;
+}
+
 std::string description_of(const GateOutcome& outcome) {
   std::string text = "Gate '" + shown_name(outcome.gate.name) + "': " + finding_of(outcome);
   if (outcome.measured) text += ".";

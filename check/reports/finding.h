@@ -19,6 +19,9 @@ Location location_of(const Gate& gate);
 // percent-encoded.
 std::string uri_path(const std::filesystem::path& file);
 
+// Whether the limit of the area alone is exceeded.
+bool fails_by_area(const GateOutcome& outcome);
+
 // Returns 32 hex digits, made from the manifest's and the gate's name. They stay the same when the distance or the
 // line changes, and differ between gates of one glob.
 std::string fingerprint_of(const Gate& gate);

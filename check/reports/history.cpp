@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -14,6 +15,8 @@
 
 #include "api/json_of.h"
 #include "api/refused.h"
+#include "api/with_unit.h"
+#include "check/html/figures.h"
 
 namespace meshgauge::check {
 namespace {
@@ -38,6 +41,15 @@ std::string text(const Json& line, const char* name) {
   return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+std::optional<ShareBeyond> share_of(const Json& line) {
+  const auto found = line.find("share_beyond");
+  if (found == line.end() || !found->is_object()) return std::nullopt;
+  const auto number = [&](const char* name) { return length(*found, name).value_or(NAN); };
+  ShareBeyond share{{number("distance"), number("limit")}, number("lower"), number("upper"), ""};
+  const double sum = share.limit.distance + share.limit.share + share.lower + share.upper;
+  return std::isfinite(sum) ? std::optional(std::move(share)) : std::nullopt;
+}
+
 // Returns the run and the gate's name; nullopt: the line is no result.
 std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   const Json json = Json::parse(line, nullptr, false);
@@ -46,20 +58,28 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   const auto* verdict =
       std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](Verdict v) { return to_string(v) == name; });
   if (verdict == kVerdicts.end()) return std::nullopt;
-  return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
-                                               length(json, "upper"), length(json, "limit"), text(json, "unit")});
+  return std::pair(text(json, "gate"),
+                   PastRun{text(json, "commit"), *verdict, length(json, "lower"), length(json, "upper"),
+                           length(json, "limit"), text(json, "unit"), share_of(json)});
+}
+
+Json json_of(const ShareBeyond& share) {
+  return {
+      {"distance", share.limit.distance}, {"limit", share.limit.share}, {"lower", share.lower}, {"upper", share.upper}};
 }
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
-  return {{"time", time},
-          {"commit", text_or_null(run.commit)},
-          {"gate", outcome.gate.name},
-          {"verdict", to_string(run.verdict)},
-          {"lower", or_null(run.lower)},
-          {"upper", or_null(run.upper)},
-          {"limit", or_null(run.limit)},
-          {"unit", text_or_null(run.unit)}};
+  Json json{{"time", time},
+            {"commit", text_or_null(run.commit)},
+            {"gate", outcome.gate.name},
+            {"verdict", to_string(run.verdict)},
+            {"lower", or_null(run.lower)},
+            {"upper", or_null(run.upper)},
+            {"limit", or_null(run.limit)},
+            {"unit", text_or_null(run.unit)}};
+  if (run.share_beyond) json["share_beyond"] = json_of(*run.share_beyond);
+  return json;
 }
 
 PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
@@ -67,7 +87,19 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   if (!outcome.measured) return run;
   run.lower = outcome.measured->lower;
   if (std::isfinite(outcome.measured->upper)) run.upper = outcome.measured->upper;
-  run.limit = outcome.measured->limit;
+  if (outcome.measured->has_max_distance) run.limit = outcome.measured->limit;
+  run.share_beyond = outcome.measured->share_beyond;
+  return run;
+}
+
+PastRun area_run(PastRun run) {
+  const auto share = std::exchange(run.share_beyond, std::nullopt);
+  run.lower = run.upper = run.limit = std::nullopt;
+  run.unit = "%";
+  if (!share) return run;
+  run.lower = 100 * share->lower;
+  run.upper = 100 * share->upper;
+  run.limit = 100 * share->limit.share;
   return run;
 }
 
@@ -114,6 +146,18 @@ std::string commit_of_pipeline() {
     if (value && *value) return value;
   }
   return "";
+}
+
+std::vector<Chart> charts_of(const GateOutcome& outcome) {
+  std::vector<Chart> charts;
+  const auto& measured = outcome.measured;
+  if (!measured || measured->has_max_distance) charts.push_back({"the distance", outcome.unit(), outcome.history});
+  if (!measured || !measured->share_beyond) return charts;
+  const std::string beyond = to_digits(measured->share_beyond->limit.distance, 6);
+  Chart area{"the area farther than " + api::with_unit(beyond, outcome.unit()), "%", {}};
+  std::transform(outcome.history.begin(), outcome.history.end(), std::back_inserter(area.runs), area_run);
+  charts.push_back(std::move(area));
+  return charts;
 }
 
 std::string sparkline(const std::vector<PastRun>& runs) {

@@ -31,6 +31,16 @@ class History {
 // these variables that is set; else empty.
 std::string commit_of_pipeline();
 
+// The runs of one limit.
+struct Chart {
+  std::string what;  // "the distance", "the area farther than 0.05 mm"
+  std::string unit;
+  std::vector<PastRun> runs;  // an area in percent
+};
+
+// Returns a chart for each limit of the gate; none without --history.
+std::vector<Chart> charts_of(const GateOutcome& outcome);
+
 // Draws the runs as one letter each, taller for a larger upper bound; the limit is the height of "▅". Empty for fewer
 // than two runs.
 std::string sparkline(const std::vector<PastRun>& runs);

@@ -21,7 +21,13 @@ std::string coordinates(const Vec3& p) { return shortest(p.x()) + " " + shortest
 void add_measured(Properties& properties, const Measured& measured) {
   properties.emplace_back("lower", shortest(measured.lower));
   properties.emplace_back("upper", shortest(measured.upper));
-  properties.emplace_back("limit", shortest(measured.limit));
+  if (measured.has_max_distance) properties.emplace_back("limit", shortest(measured.limit));
+  if (const auto& share = measured.share_beyond) {
+    properties.emplace_back("share_beyond.distance", shortest(share->limit.distance));
+    properties.emplace_back("share_beyond.lower", shortest(share->lower));
+    properties.emplace_back("share_beyond.upper", shortest(share->upper));
+    properties.emplace_back("share_beyond.limit", shortest(share->limit.share));
+  }
   properties.emplace_back("status", shown_name(measured.status));
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);
   if (!measured.witness) return;

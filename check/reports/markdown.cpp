@@ -79,19 +79,20 @@ std::string paragraph(const std::string& text) {
 }
 
 // Draws interval and limit on a scale from 0. The cells agree with the verdict however near the limit is.
-std::string bar_of(const Measured& measured) {
-  const double end = 1.25 * std::max(measured.limit, std::isfinite(measured.upper) ? measured.upper : measured.lower);
+std::string bar_of(const Criterion& criterion) {
+  const double end =
+      1.25 * std::max(criterion.limit, std::isfinite(criterion.upper) ? criterion.upper : criterion.lower);
   const auto cell = [&](double x) {
     return end > 0 && std::isfinite(x) ? std::clamp(x / end, 0.0, 1.0) * kBarCells : kBarCells;
   };
-  const int limit = std::clamp(static_cast<int>(cell(measured.limit)), 1, kBarCells - 1);
-  int first = measured.lower > 0 ? std::min(static_cast<int>(cell(measured.lower)), kBarCells - 1) : 0;
-  int last = measured.upper > 0 ? std::max(static_cast<int>(std::ceil(cell(measured.upper))), first + 1)
-                                : 1;  // at least one cell after it
-  if (measured.verdict == Verdict::pass) {
+  const int limit = std::clamp(static_cast<int>(cell(criterion.limit)), 1, kBarCells - 1);
+  int first = criterion.lower > 0 ? std::min(static_cast<int>(cell(criterion.lower)), kBarCells - 1) : 0;
+  int last = criterion.upper > 0 ? std::max(static_cast<int>(std::ceil(cell(criterion.upper))), first + 1)
+                                 : 1;  // at least one cell after it
+  if (criterion.verdict == Verdict::pass) {
     last = std::min(last, limit);
     first = std::min(first, last - 1);
-  } else if (measured.verdict == Verdict::fail) {
+  } else if (criterion.verdict == Verdict::fail) {
     first = std::max(first, limit);
     last = std::max(last, first + 1);
   } else {
@@ -172,7 +173,10 @@ std::string line_of(const Row& row) {
     verdict = "[" + verdict + "](<" + outcome.measured->link + ">)";
   std::string line = std::string("| ") + icon_of(row) + " " + verdict + " | " + code(outcome.gate.name) + " | " +
                      in_prose(interval_of(outcome)) + " | " + in_prose(limit_of(outcome)) + " | ";
-  return line + (outcome.measured ? bar_of(*outcome.measured) : "") + " |\n";
+  if (!outcome.measured) return line + " |\n";
+  const auto criteria = criteria_of(*outcome.measured);
+  for (const Criterion& criterion : criteria) line += (&criterion == criteria.data() ? "" : "<br>") + bar_of(criterion);
+  return line + " |\n";
 }
 
 std::string sentence_of(const GateOutcome& outcome) {
@@ -193,9 +197,11 @@ std::string section_of(const Row& row) {
   }
   if (const std::string witness = witness_of(outcome); !witness.empty())
     text += "- witness " + in_prose(witness) + "\n";
-  if (const std::string runs = sparkline(outcome.history); !runs.empty())
-    text +=
-        "- last " + std::to_string(outcome.history.size()) + " runs, the limit is the height of `▅`: `" + runs + "`\n";
+  for (const auto& [what, unit, past] : charts_of(outcome)) {
+    if (const std::string runs = sparkline(past); !runs.empty())
+      text += "- last " + std::to_string(past.size()) + " runs of " + in_prose(what) +
+              ", the limit is the height of `▅`: `" + runs + "`\n";
+  }
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";

@@ -32,15 +32,19 @@ constexpr Rule kRules[] = {
     {Verdict::error, "MG0003", "NotMeasured", "Two meshes could not be compared.",
      "There is no interval: a file is missing or is not a mesh that can be read, or the service was not reached. The "
      "message names the defect. A gate that was not measured never passes."},
+    {Verdict::fail, "MG0004", "AreaAboveLimit", "Too much of the area is farther than a distance from the other mesh.",
+     "The share of the area that is farther than the gate's distance is certainly above its limit (max_share_beyond). "
+     "The witness is where it is farthest. If the change is wanted, take the candidate for the new baseline (meshgauge "
+     "check --update-baselines) or raise the limit."},
     {Verdict::fail, "MG0005", "ExpectationNotMet", "A mesh is not as its gate expects.",
      "The candidate has open edges, too many triangles, another volume or the like: the message names what the gate "
      "expects (expect) and what was found. Repair the candidate, or change what the gate expects."}};
 
 std::size_t rule_index(const GateOutcome& outcome) {
   if (fails_by_expectation(outcome)) return std::size(kRules) - 1;
-  const Verdict verdict = outcome.verdict();
+  if (fails_by_area(outcome)) return std::size(kRules) - 2;
   const auto* rule =
-      std::find_if(std::begin(kRules), std::end(kRules), [&](const Rule& r) { return r.verdict == verdict; });
+      std::find_if(std::begin(kRules), std::end(kRules), [&](const Rule& r) { return r.verdict == outcome.verdict(); });
   return static_cast<std::size_t>(rule - std::begin(kRules));
 }
 
@@ -102,9 +106,14 @@ Json properties_of(const GateOutcome& outcome) {
   if (const auto notes = notes_of(outcome); !notes.empty()) properties["notes"] = notes;
   if (!outcome.measured) return properties;
   const Measured& measured = *outcome.measured;
-  properties["limit"] = finite_or_null(measured.limit);
+  if (measured.has_max_distance) properties["limit"] = finite_or_null(measured.limit);
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
+  if (const auto& share = measured.share_beyond)
+    properties["shareBeyond"] = {{"distance", share->limit.distance},
+                                 {"lower", share->lower},
+                                 {"upper", share->upper},
+                                 {"limit", share->limit.share}};
   properties["status"] = shown_name(measured.status);
   if (measured.witness) properties["witness"] = witness_json(*measured.witness);
   return properties;

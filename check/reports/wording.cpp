@@ -56,35 +56,89 @@ std::string visible(std::string_view bytes, bool keep_lines) {
   return out;
 }
 
-IntervalText figures_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
+IntervalText figures_of(const Criterion& criterion) {
+  return to_text(criterion.lower, criterion.upper, criterion.limit);
+}
+
+std::string unit_of(const GateOutcome& outcome, const Criterion& criterion) {
+  return criterion.beyond ? "%" : outcome.unit();
+}
 
 std::string point(const Vec3& p) {
   return "(" + to_digits(p.x(), kDigits) + ", " + to_digits(p.y(), kDigits) + ", " + to_digits(p.z(), kDigits) + ")";
 }
 
-std::string limit_in_words(const GateOutcome& outcome, const std::string& number) {
-  const Gate& gate = outcome.gate;
-  if (!gate.limit.max_diagonal_share) return with_unit(number, outcome.unit());
-  return with_unit(number, outcome.unit()) + " (" + to_digits(100 * *gate.limit.max_diagonal_share, kDigits) +
-         " % of the baseline's diagonal)";
+std::string share_of_diagonal(const Limit& limit) {
+  return to_digits(100 * *limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal";
 }
 
-std::string distance_in_words(const GateOutcome& outcome) {
-  if (!outcome.measured) return shown_text(outcome.advice());
-  const IntervalText figures = figures_of(*outcome.measured);
-  const std::string limit = limit_in_words(outcome, figures.limit);
-  const std::string range = std::isfinite(outcome.measured->upper)
+// `number`: the limit as measured.
+std::string length_in_words(const GateOutcome& outcome, const Limit& limit, const std::string& number) {
+  const std::string length = with_unit(number, outcome.unit());
+  return limit.max_diagonal_share ? length + " (" + share_of_diagonal(limit) + ")" : length;
+}
+
+// The same before the gate is measured.
+std::string length_in_words(const GateOutcome& outcome, const Limit& limit) {
+  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, kDigits), outcome.unit());
+  return limit.max_diagonal_share ? share_of_diagonal(limit) : "";
+}
+
+// "0.05 mm"; "1 % beyond 0.05 mm".
+std::string limit_in_words(const GateOutcome& outcome, const Criterion& criterion) {
+  const std::string number = figures_of(criterion).limit;
+  if (!criterion.beyond) return length_in_words(outcome, outcome.gate.limit, number);
+  return number + " % beyond " +
+         length_in_words(outcome, outcome.gate.area_limit->distance, to_digits(*criterion.beyond, kDigits));
+}
+
+std::string joined(const std::string& one, const std::string& other, const char* by) {
+  return one.empty() || other.empty() ? one + other : one + by + other;
+}
+
+// Joins what `say` returns for each limit of a measured gate.
+template <class Say>
+std::string of_each(const GateOutcome& outcome, const char* by, const Say& say) {
+  std::string text;
+  for (const Criterion& criterion : criteria_of(*outcome.measured)) text = joined(text, say(criterion), by);
+  return text;
+}
+
+std::string interval_in_words(const GateOutcome& outcome, const Criterion& criterion) {
+  const IntervalText figures = figures_of(criterion);
+  const std::string unit = unit_of(outcome, criterion);
+  if (criterion.verdict == Verdict::fail && criterion.upper - criterion.lower > criterion.lower)
+    return "at least " + with_unit(figures.lower, unit);
+  return with_unit(figures.lower + " .. " + figures.upper, unit);
+}
+
+std::string distance_finding(const GateOutcome& outcome, const Criterion& criterion) {
+  const IntervalText figures = figures_of(criterion);
+  const std::string limit = limit_in_words(outcome, criterion);
+  const std::string range = std::isfinite(criterion.upper)
                                 ? "between " + figures.lower + " and " + with_unit(figures.upper, outcome.unit())
                                 : "at least " + with_unit(figures.lower, outcome.unit());
-  switch (outcome.measured->verdict) {
+  switch (criterion.verdict) {
     case Verdict::pass:
       return "the distance is at most " + with_unit(figures.upper, outcome.unit()) + ", within the limit of " + limit;
     case Verdict::fail:
       return "the distance is at least " + with_unit(figures.lower, outcome.unit()) + ", above the limit of " + limit;
     default:
       return "the distance is " + range + ": whether that is within the limit of " + limit + " is not known (" +
-             shown_name(outcome.measured->status) + ")";
+             shown_name(criterion.status) + ")";
   }
+}
+
+std::string area_finding(const GateOutcome& outcome, const Criterion& criterion) {
+  const std::string limit = figures_of(criterion).limit, found = area_in_words(outcome, criterion);
+  if (criterion.verdict != Verdict::undecided) return found + "; at most " + limit + " % may be";
+  return found + ": whether at most " + limit + " % are is not known (" + shown_name(criterion.status) + ")";
+}
+
+std::string measured_in_words(const GateOutcome& outcome) {
+  if (!outcome.measured) return shown_text(outcome.advice());
+  return of_each(outcome, "; ",
+                 [&](const auto& c) { return c.beyond ? area_finding(outcome, c) : distance_finding(outcome, c); });
 }
 
 }  // namespace
@@ -98,20 +152,26 @@ std::string shown_name(std::string_view bytes) {
 std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 
 std::string limit_of(const GateOutcome& outcome) {
-  if (outcome.measured) return limit_in_words(outcome, figures_of(*outcome.measured).limit);
-  const Limit& limit = outcome.gate.limit;
-  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, kDigits), outcome.unit());
-  if (!limit.max_diagonal_share) return "";
-  return to_digits(100 * *limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal";
+  if (outcome.measured) return of_each(outcome, ", ", [&](const auto& c) { return limit_in_words(outcome, c); });
+  const auto& area = outcome.gate.area_limit;
+  const std::string of_area =
+      area ? to_digits(100 * area->share, kDigits) + " % beyond " + length_in_words(outcome, area->distance) : "";
+  return joined(length_in_words(outcome, outcome.gate.limit), of_area, ", ");
 }
 
 std::string interval_of(const GateOutcome& outcome) {
   if (!outcome.measured) return "";
-  const Measured& measured = *outcome.measured;
-  const IntervalText figures = figures_of(measured);
-  if (measured.verdict == Verdict::fail && measured.upper - measured.lower > measured.lower)
-    return "at least " + with_unit(figures.lower, outcome.unit());
-  return with_unit(figures.lower + " .. " + figures.upper, outcome.unit());
+  return of_each(outcome, ", ", [&](const auto& c) { return interval_in_words(outcome, c); });
+}
+
+std::string area_in_words(const GateOutcome& outcome, const Criterion& criterion) {
+  const IntervalText figures = figures_of(criterion);
+  const std::string beyond =
+      " of the area is farther than " + with_unit(to_digits(*criterion.beyond, kDigits), outcome.unit());
+  if (!(criterion.upper > 0)) return "none" + beyond;
+  if (!(criterion.lower > 0)) return "at most " + figures.upper + " %" + beyond;
+  if (!(criterion.upper < 100)) return "at least " + figures.lower + " %" + beyond;
+  return "between " + figures.lower + " and " + figures.upper + " %" + beyond;
 }
 
 std::string unmet_of(const GateOutcome& outcome) {
@@ -125,9 +185,9 @@ std::string unmet_of(const GateOutcome& outcome) {
 
 std::string finding_of(const GateOutcome& outcome) {
   const std::string unmet = unmet_of(outcome);
-  if (unmet.empty()) return distance_in_words(outcome);
-  return outcome.measured->verdict == Verdict::pass ? unmet + "; " + distance_in_words(outcome)
-                                                    : distance_in_words(outcome) + "; " + unmet;
+  if (unmet.empty()) return measured_in_words(outcome);
+  return outcome.measured->verdict == Verdict::pass ? unmet + "; " + measured_in_words(outcome)
+                                                    : measured_in_words(outcome) + "; " + unmet;
 }
 
 std::string witness_of(const GateOutcome& outcome) {

@@ -16,10 +16,13 @@ std::string shown_name(std::string_view bytes);
 std::string shown_text(
     std::string_view bytes);  // the same for sentences: line ends and tabs stay, and an empty text stays empty
 
+// A gate with two limits gets both: "0.1 mm, 1 % beyond 0.05 mm" and "0.05 .. 0.06 mm, 0.2 .. 0.27 %".
 std::string limit_of(const GateOutcome& outcome);  // "0.05 mm", "0.0173 (0.5 % of the baseline's diagonal)"
 // Returns "0.0968 .. 0.0977 mm"; "at least 0.0968 mm" for a fail whose upper bound says little, because it is more than
 // twice the lower one; empty without an interval.
 std::string interval_of(const GateOutcome& outcome);
+// Returns "between 0.2 and 0.27 % of the area is farther than 0.05 mm". Precondition: the limit is of the area.
+std::string area_in_words(const GateOutcome& outcome, const Criterion& criterion);
 // Returns the finding: "the distance is at least 0.0968 mm, above the limit of 0.05 mm". Without a measurement: the
 // advice.
 std::string finding_of(const GateOutcome& outcome);

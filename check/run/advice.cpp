@@ -37,14 +37,14 @@ std::string for_fail(const GateOutcome& outcome) {
 }
 
 // Returns the limits that the interval decides; empty: none.
-std::string deciding_limit(const GateOutcome& outcome) {
-  const Measured& measured = *outcome.measured;
-  const std::string unit = outcome.unit();
+std::string deciding_limit(const GateOutcome& outcome, const Criterion& criterion) {
+  const std::string unit = criterion.beyond ? "%" : outcome.unit();
   std::string text;
-  if (std::isfinite(measured.upper)) text = "of at least " + with_unit(shortest(measured.upper), unit) + " (pass)";
-  if (measured.lower > 0)
-    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(measured.lower), unit) + " (fail)";
-  return text.empty() ? "" : "a limit " + text;
+  if (std::isfinite(criterion.upper)) text = "of at least " + with_unit(shortest(criterion.upper), unit) + " (pass)";
+  if (criterion.lower > 0)
+    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(criterion.lower), unit) + " (fail)";
+  if (text.empty()) return "";
+  return (criterion.beyond ? "a share " : "a limit ") + text;
 }
 
 // Returns what would have let the work go on, by the reason why it stopped.
@@ -56,10 +56,23 @@ std::string more_effort(const Gate& gate, const std::string& status) {
   return "";
 }
 
-std::string for_undecided(const GateOutcome& outcome) {
-  const std::string limit = deciding_limit(outcome), effort = more_effort(outcome.gate, outcome.measured->status);
+std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion) {
+  if (criterion.status == "no_area") return "A mesh has no area: all its triangles are degenerate.";
+  if (criterion.beyond && criterion.status == "precision_floor")
+    return "Decided by another distance than " + with_unit(shortest(*criterion.beyond), outcome.unit()) +
+           ": part of the area is that far away, within rounding error.";
+  const std::string limit = deciding_limit(outcome, criterion), effort = more_effort(outcome.gate, criterion.status);
   const std::string decided = "Decided by " + limit + (limit.empty() || effort.empty() ? "" : "; or ") + effort;
-  return decided + (effort.empty() ? "; the limit is within rounding error of the distance." : ".");
+  if (!effort.empty()) return decided + ".";
+  return decided + "; the limit is within rounding error of the " + (criterion.beyond ? "share." : "distance.");
+}
+
+std::string for_undecided(const GateOutcome& outcome) {
+  std::string text;
+  for (const Criterion& criterion : criteria_of(*outcome.measured)) {
+    if (criterion.verdict == Verdict::undecided) text += (text.empty() ? "" : " ") + for_undecided(outcome, criterion);
+  }
+  return text;
 }
 
 std::string repair(const Gate& gate, const Error& error) {

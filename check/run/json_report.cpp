@@ -18,10 +18,23 @@ Json or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Js
 
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
-Json json_of(const Limit& limit, const GateOutcome& outcome) {
-  return {{"max_distance", outcome.measured ? Json(outcome.measured->limit) : or_null(limit.max_distance)},
-          {"diagonal_share", or_null(limit.max_diagonal_share)},
-          {"units", or_null(outcome.unit())}};
+// In `.limit`: the limit as measured or, without a measurement, as far as the manifest says it.
+Json json_of(const AreaLimit& area, const GateOutcome& outcome) {
+  const auto distance =
+      outcome.measured ? std::optional(outcome.measured->share_beyond->limit.distance) : area.distance.max_distance;
+  return {{"distance", or_null(distance)},
+          {"diagonal_share", or_null(area.distance.max_diagonal_share)},
+          {"share", area.share}};
+}
+
+Json limits_of(const GateOutcome& outcome) {
+  const Gate& gate = outcome.gate;
+  const bool is_known = outcome.measured && outcome.measured->has_max_distance;
+  Json json{{"max_distance", is_known ? Json(outcome.measured->limit) : or_null(gate.limit.max_distance)},
+            {"diagonal_share", or_null(gate.limit.max_diagonal_share)},
+            {"units", or_null(outcome.unit())}};
+  if (gate.area_limit) json["max_share_beyond"] = json_of(*gate.area_limit, outcome);
+  return json;
 }
 
 Json json_of(const std::optional<Witness>& witness) {
@@ -43,15 +56,22 @@ Json distance(const std::optional<Measured>& measured) {
   return {{"lower", measured->lower}, {"upper", measured->upper}};
 }
 
+// Nothing for a gate without such a limit.
+void add_share(const std::optional<ShareBeyond>& share, Json& json) {
+  if (share) json["share_beyond"] = {{"lower", share->lower}, {"upper", share->upper}, {"limit", share->limit.share}};
+}
+
 Json json_of(const std::vector<PastRun>& runs) {
   Json json = Json::array();
-  for (const PastRun& run : runs)
+  for (const PastRun& run : runs) {
     json.push_back({{"commit", or_null(run.commit)},
                     {"verdict", to_string(run.verdict)},
                     {"lower", or_null(run.lower)},
                     {"upper", or_null(run.upper)},
                     {"limit", or_null(run.limit)},
                     {"unit", or_null(run.unit)}});
+    add_share(run.share_beyond, json.back());
+  }
   return json;
 }
 
@@ -71,26 +91,28 @@ Json place(const Gate& gate) {
 Json json_of(const GateOutcome& outcome, Undecided rule) {
   const Gate& gate = outcome.gate;
   const auto& measured = outcome.measured;
-  return {{"name", gate.name},
-          {"verdict", to_string(outcome.verdict())},
-          {"level", to_string(outcome.level(rule))},
-          {"candidate", gate.candidate.string()},
-          {"baseline", gate.baseline.string()},
-          {"direction", api::name_of(api::kDirections, gate.options.direction)},
-          {"limit", json_of(gate.limit, outcome)},
-          {"distance", distance(measured)},
-          {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
-          {"expectations", json_of(outcome.expectations)},
-          {"notes", measured ? Json(measured->notes) : Json::array()},
-          {"advice", or_null(outcome.advice())},
-          {"error", json_of(outcome.error)},
-          {"interrupted", outcome.interrupted},
-          {"timeout_ms", gate.timeout.count()},
-          {"wall_ms", outcome.wall_ms},
-          {"manifest", place(gate)},
-          {"history", json_of(outcome.history)},
-          {"link", measured ? or_null(measured->link) : Json(nullptr)},
-          {"comparison", measured ? measured->document : Json(nullptr)}};
+  Json json{{"name", gate.name},
+            {"verdict", to_string(outcome.verdict())},
+            {"level", to_string(outcome.level(rule))},
+            {"candidate", gate.candidate.string()},
+            {"baseline", gate.baseline.string()},
+            {"direction", api::name_of(api::kDirections, gate.options.direction)},
+            {"limit", limits_of(outcome)},
+            {"distance", distance(measured)},
+            {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
+            {"expectations", json_of(outcome.expectations)},
+            {"notes", measured ? Json(measured->notes) : Json::array()},
+            {"advice", or_null(outcome.advice())},
+            {"error", json_of(outcome.error)},
+            {"interrupted", outcome.interrupted},
+            {"timeout_ms", gate.timeout.count()},
+            {"wall_ms", outcome.wall_ms},
+            {"manifest", place(gate)},
+            {"history", json_of(outcome.history)},
+            {"link", measured ? or_null(measured->link) : Json(nullptr)},
+            {"comparison", measured ? measured->document : Json(nullptr)}};
+  if (measured) add_share(measured->share_beyond, json);
+  return json;
 }
 
 Json counts(const Report& report) {

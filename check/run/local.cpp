@@ -70,15 +70,12 @@ class Local final : public Measurer {
     if (!baseline) return named(baseline.error(), "b");
     times.read_b = ms_since(start) - times.read_a;
 
-    api::ComparisonOptions options = gate.options;
-    options.units = units_of(gate);
+    const Limits limits = limits_of(gate, (*baseline)->facts.diagonal);
+    api::ComparisonOptions options = options_of(gate, limits);
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
-    if (gate.statistics) options.statistics.emplace();
-    options.topology = gate.expect.of_topology();
-    options.max_distance = max_distance(gate.limit, (*baseline)->facts.diagonal);
     const auto comparison = api::compare(*candidate, *baseline, options, control, times);
     if (!comparison) return with_files(comparison.error(), gate);
-    return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), *options.max_distance);
+    return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), limits);
   }
 
   const std::shared_ptr<Meshes> meshes_;

@@ -146,3 +146,17 @@ TEST_CASE("manifest text: the length of a text is limited") {
   REQUIRE(all.size() == 1);
   CHECK(all[0].message == "name must not be longer than 200 bytes");
 }
+
+TEST_CASE("manifest text: a limit of the area, alone or beside one of the distance") {
+  const Gate alone = gate("max_share_beyond: {distance: 0.05 mm, share: 1 %}");
+  CHECK(!alone.limit.is_given());
+  CHECK(alone.area_limit->distance.max_distance == 0.05);
+  CHECK(alone.area_limit->share == 0.01);
+  CHECK(!alone.tolerance_given);
+  const Gate both =
+      gate("max_share_beyond: {distance: 0.5 %, share: 0 %}, tolerance: {relative: 1}", "max_distance: 1 %");
+  CHECK(both.limit.max_diagonal_share == 0.01);
+  CHECK(both.area_limit->distance.max_diagonal_share == 0.005);
+  CHECK(both.tolerance_given);
+  CHECK(gate("direction: a_to_b", "max_share_beyond: {distance: 2, share: 3 %}").area_limit->share == 0.03);
+}

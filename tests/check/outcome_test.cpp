@@ -12,7 +12,7 @@ namespace {
 
 Result<Measured> measured(const std::string& distance) {
   const std::string text = R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":)" + distance + "}";
-  return measured_from(nlohmann::ordered_json::parse(text), 0.5);
+  return measured_from(nlohmann::ordered_json::parse(text), {0.5, {}});
 }
 
 }  // namespace
@@ -37,5 +37,50 @@ TEST_CASE("outcome: a document without a valid interval is an Error") {
     REQUIRE_FALSE(refused.ok());
     CHECK(refused.error().code == ErrorCode::internal);
     CHECK(refused.error().message.find("is not that of a comparison") != std::string::npos);
+  }
+}
+
+namespace {
+
+// `share`: the member share_beyond's, or empty. At most 1 % beyond 0.1.
+Result<Measured> with_area(const std::string& share, std::optional<double> max_distance = std::nullopt) {
+  const std::string text = R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.25,"upper":0.5},)"
+                           R"("areas":{"a_to_b":{"status":"complete"},"b_to_a":{"status":"timeout"}})" +
+                           (share.empty() ? "" : R"(,"share_beyond":{"share":)" + share + "}") + "}";
+  return measured_from(nlohmann::ordered_json::parse(text), {max_distance, api::ShareLimit{0.1, 0.01}});
+}
+
+}  // namespace
+
+TEST_CASE("outcome: a limit of the area decides alone, or with the distance") {
+  const char *pass = R"({"lower":0,"upper":0.01})", *fail = R"({"lower":0.02,"upper":0.03})";
+  const char* open = R"({"lower":0.01,"upper":0.03})";
+  CHECK(with_area(pass)->verdict == Verdict::pass);
+  CHECK(with_area(fail)->verdict == Verdict::fail);
+  CHECK(with_area(open)->verdict == Verdict::undecided);
+  CHECK(with_area(pass, 0.5)->verdict == Verdict::pass);
+  CHECK(with_area(pass, 0.1)->verdict == Verdict::fail);
+  CHECK(with_area(fail, 0.5)->verdict == Verdict::fail);
+  CHECK(with_area(open, 0.5)->verdict == Verdict::undecided);
+  CHECK(with_area(open, 0.1)->verdict == Verdict::fail);
+  CHECK(with_area(fail, 0.3)->verdict == Verdict::fail);
+  const auto criteria = criteria_of(*with_area(open, 0.5));
+  REQUIRE(criteria.size() == 2);
+  CHECK(criteria[1].beyond == 0.1);
+  CHECK(criteria[1].limit == 1);
+  CHECK(criteria[1].upper == doctest::Approx(3));
+  CHECK(criteria[1].status == "timeout");
+  CHECK(foremost(*with_area(open, 0.5)).beyond == 0.1);
+  CHECK(!foremost(*with_area(open, 0.1)).beyond);
+}
+
+TEST_CASE("outcome: a share that a service may invent is refused") {
+  for (const char* share :
+       {"", "null", R"({"lower":0})", R"({"lower":-0.5,"upper":0})", R"({"lower":0.5,"upper":0.25})",
+        R"({"lower":0,"upper":1.5})", R"({"lower":"0","upper":1})", R"({"lower":null,"upper":1})"}) {
+    CAPTURE(share);
+    const auto refused = with_area(share);
+    REQUIRE_FALSE(refused.ok());
+    CHECK(refused.error().message.find("share of the area") != std::string::npos);
   }
 }

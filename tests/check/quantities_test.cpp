@@ -145,3 +145,42 @@ TEST_CASE("quantities: a malformed or too long duration is refused") {
     CHECK(duration.error().message.find("must be from 1 ms to 180 s, not") == 0);
   }
 }
+
+TEST_CASE("quantities: a share of the area has its %") {
+  CHECK(check::parse_share("1 %").value() == 0.01);
+  CHECK(check::parse_share("0%").value() == 0);
+  CHECK(check::parse_share(" 100 % ").value() == 1);
+  for (const char* text : {"", "1", "0.01", "1 mm", "%", "1 %%", "nan %"}) {
+    CAPTURE(text);
+    REQUIRE(!check::parse_share(text).ok());
+    CHECK(check::parse_share(text).error().message.starts_with("must be a share of the area in percent (1 %), not "));
+  }
+  for (const char* text : {"120 %", "-1 %", "1e9 %"}) {
+    REQUIRE(!check::parse_share(text).ok());
+    CHECK(check::parse_share(text).error().message.starts_with("must be from 0 % to 100 %, not "));
+  }
+}
+
+TEST_CASE("quantities: a limit of the area as a flag") {
+  const auto limit = check::parse_area_limit("0.05 mm: 1 %");
+  REQUIRE(limit.ok());
+  CHECK(limit->distance.max_distance == 0.05);
+  CHECK(limit->distance.unit == api::LengthUnit::millimeter);
+  CHECK(limit->share == 0.01);
+  CHECK(check::parse_area_limit("0.5 %:1%")->distance.max_diagonal_share == 0.005);
+  for (const char* text :
+       {"", "0.05 mm", "1 %", "0.05 mm: 1", "0.05 mm: 120 %", "-1 mm: 1 %", ": 1 %", "1 mm:", "1:1%:"}) {
+    CAPTURE(text);
+    CHECK(!check::parse_area_limit(text).ok());
+  }
+  check::Gate gate;
+  gate.area_limit = *limit;
+  CHECK(check_limits(gate).ok());
+  gate.limit = {0.1, {}, api::LengthUnit::millimeter};
+  CHECK(check_limits(gate).ok());
+  gate.limit.unit = api::LengthUnit::inch;
+  CHECK(check_limits(gate).error().message ==
+        "its distance is in mm, and max_distance is in in: a gate is measured in one unit, write both in the same");
+  gate.limit = {{}, 0.1, {}};
+  CHECK(check_limits(gate).error().message.find("max_distance is a share of the diagonal") != std::string::npos);
+}

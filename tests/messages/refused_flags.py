@@ -96,6 +96,10 @@ def gates():
         ("the limit lies inside of the interval", manifest(["candidate: box.obj", "baseline: far.obj", "max_distance: 2.4",
                                                             "tolerance: {diagonal: 0.9}"])),
         ("the limit is the distance", manifest(["candidate: good.obj", "baseline: far.obj", "max_distance: 2", "tolerance: {absolute: 0}"])),
+        ("too much of the area is too far away", manifest(["candidate: good.obj", "baseline: far.obj",
+                                                           "max_share_beyond: {distance: 1, share: 1 %}"])),
+        ("the distance of the area is that of a whole patch", manifest(["candidate: good.obj", "baseline: far.obj",
+                                                                        "max_share_beyond: {distance: 2, share: 1 %}"])),
         ("the candidate cannot be read", gate("broken.obj")),
         ("the limit is in a unit, the meshes in none, and one is declared", gate("good.obj", "units: {candidate: mm}", limit="1 mm")),
     ]

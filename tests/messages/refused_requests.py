@@ -110,6 +110,7 @@ def option_rows(server):
         b"{", b'{"threads": 1, "threads": 2}', b"[]", {"thread": 2}, {"direction": "both"}, {"strategy": "fast"},
         {"strategy": "auto", "points": 4}, {"strategy": "n_point", "points": 5},
         {"tolerance": {}}, {"tolerance": {"absolute": -1}}, {"tolerance": {"relative": "1 %"}}, {"gate": {}},
+        {"gate": {"max_share_beyond": {"distance": 1}}}, {"gate": {"max_share_beyond": {"distance": 1, "share": 120}}},
         {"gate": {"max_distance": -1}}, {"gate": {"max_distance": 1, "units": "parsec"}}, {"timeout_ms": 0}, {"timeout_ms": 1e9}, {"threads": 1.5},
         {"budget": {"work_items": 0}}, {"units": {"a": "pt"}}, {"statistics": 1}, {"statistics": {"samples": 10}}, {"simd": "mmx"}, {"shards": 2},
     ]

@@ -32,13 +32,8 @@ std::string between(const std::string& text, const std::string& before, const st
 
 GatePicture missing(const std::string& why) { return {{}, why}; }
 
-Measured measured(double lower, double upper, double limit, Verdict verdict) {
-  Measured made;
-  made.lower = lower;
-  made.upper = upper;
-  made.limit = limit;
-  made.verdict = verdict;
-  return made;
+Criterion criterion(double lower, double upper, double limit, Verdict verdict) {
+  return {std::nullopt, limit, lower, upper, "converged", verdict};
 }
 
 }  // namespace
@@ -156,21 +151,41 @@ TEST_CASE("the drawing of an interval puts the limit between pass and fail, and 
   const auto x_of = [](const std::string& drawing, const std::string& css_class) {
     return std::stod(between(drawing, "class=\"" + css_class + "\" x=\"", "%"));
   };
-  const std::string fail = interval_drawing(measured(2, 3, 1, Verdict::fail), "mm");
+  const std::string fail = interval_drawing(criterion(2, 3, 1, Verdict::fail), "mm");
   CHECK(x_of(fail, "zone fail") == doctest::Approx(100 / 3.75).epsilon(0.01));
   CHECK(x_of(fail, "bar fail") == doctest::Approx(200 / 3.75).epsilon(0.01));
   CHECK(fail.find("limit 1 mm") != std::string::npos);
-  const std::string pass = interval_drawing(measured(0.5, 0.75, 1, Verdict::pass), "");
+  const std::string pass = interval_drawing(criterion(0.5, 0.75, 1, Verdict::pass), "");
   CHECK(x_of(pass, "bar pass") < x_of(pass, "zone fail"));
   const std::string open =
-      interval_drawing(measured(0, std::numeric_limits<double>::infinity(), 1, Verdict::undecided), "");
+      interval_drawing(criterion(0, std::numeric_limits<double>::infinity(), 1, Verdict::undecided), "");
   CHECK(x_of(open, "bar undecided") == 0);
   CHECK(between(open, "bar undecided\" x=\"0.00%\" width=\"", "\"") == "100.00%");
   CHECK(open.find("nan") == std::string::npos);
 }
 
+TEST_CASE("a limit of the area is drawn and worded in percent, alone and beside one of the distance") {
+  GateOutcome area = samples::area("lid");
+  const std::string alone = to_html(samples::report_of({area}), {});
+  CHECK(alone.find("limit 1 %") != std::string::npos);
+  CHECK(alone.find("The share of the area farther than 0.05 mm is between 0.2012 and 0.2699 %") != std::string::npos);
+  CHECK(alone.find(
+            "Certainly within the limit of 1 %: between 0.2012 and 0.2699 % of the area is farther than 0.05 mm, at "
+            "most 27 % of the limit.") != std::string::npos);
+  CHECK(alone.find("The distance is between") == std::string::npos);
+  area.gate.limit = {0.1, {}, LengthUnit::millimeter};
+  area.measured->limit = 0.1;
+  area.measured->has_max_distance = true;
+  const std::string both = to_html(samples::report_of({area}), {});
+  CHECK(both.find("0.1 mm, 1 % beyond 0.05 mm") != std::string::npos);
+  CHECK(both.find("The distance is between 0.06 and 0.07") != std::string::npos);
+  CHECK(both.find("the distance is at most 0.07 mm") != std::string::npos);
+}
+
 TEST_CASE("units are escaped in drawings") {
-  const Measured one = measured(2, 3, 1, Verdict::fail);
+  Criterion one = criterion(2, 3, 1, Verdict::fail);
+  CHECK(interval_drawing(one, "<mm\">").find("<mm") == std::string::npos);
+  one.beyond = 0.5;
   CHECK(interval_drawing(one, "<mm\">").find("<mm") == std::string::npos);
   CHECK(colour_bar({1, true}, "<mm\">").find("<mm") == std::string::npos);
 }

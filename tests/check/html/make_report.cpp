@@ -80,6 +80,11 @@ std::vector<check::Gate> one_of_each(const std::filesystem::path& folder) {
   gates.back().warn_only = true;
   gates.push_back(gate("undecided", dent, round, 0.58));
   gates.back().options.tolerance = {100, std::nullopt, std::nullopt};
+  gates.push_back(gate("area", dent, round, 1));
+  gates.back().area_limit = check::AreaLimit{{0.2, {}, api::LengthUnit::millimeter}, 0.02};
+  gates.push_back(gate("area alone", dent, round, 0));
+  gates.back().limit = {};
+  gates.back().area_limit = check::AreaLimit{{0.1, {}, api::LengthUnit::millimeter}, 0.01};
   for (check::Gate& each : gates) {
     if (each.limit.max_distance) each.limit.unit = api::LengthUnit::millimeter;
     each.manifest = "gates.yaml";

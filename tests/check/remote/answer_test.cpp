@@ -106,7 +106,7 @@ TEST_CASE("answer: a comparison is checked against the gate") {
   const auto is_answer = [](const std::string& body) {
     Gate asked;
     asked.options.direction = Direction::a_to_b;
-    return is_answer_to(*document_from(body), asked, 0.1);
+    return is_answer_to(*document_from(body), asked, {0.1, {}});
   };
   CHECK_FALSE(is_answer(R"({"direction":"a_to_b","gate":{"max_distance":0.1,"units":null}})"));
   CHECK(is_answer(
@@ -121,13 +121,24 @@ TEST_CASE("answer: a comparison is checked against the gate") {
   }
 }
 
+TEST_CASE("answer: the limit of the area is compared, too") {
+  const auto is_answer = [](const std::string& gate) {
+    const std::string unit = R"({"unit":{"name":null,"source":"unknown"},"direction":"symmetric","gate":)";
+    return is_answer_to(*document_from(unit + gate + "}"), {}, {{}, api::ShareLimit{0.1, 0.01}});
+  };
+  CHECK(is_answer(R"({"max_distance":null,"max_share_beyond":{"distance":0.1,"share":0.01},"units":null})"));
+  CHECK_FALSE(is_answer(R"({"max_distance":0.1,"max_share_beyond":{"distance":0.1,"share":0.01},"units":null})"));
+  CHECK_FALSE(is_answer(R"({"max_distance":null,"max_share_beyond":{"distance":0.1,"share":0.02},"units":null})"));
+  CHECK_FALSE(is_answer(R"({"max_distance":null,"units":null})"));
+}
+
 TEST_CASE("answer: a result without units is not accepted") {
   Gate asked;
   asked.limit = {0.1, std::nullopt, LengthUnit::millimeter};
   asked.options.units.a = LengthUnit::inch;
   const auto is_answer = [&](const std::string& more) {
     const std::string body = R"({"direction":"symmetric","gate":{"max_distance":0.1,"units":"mm"})" + more + "}";
-    return is_answer_to(*document_from(body), asked, 0.1);
+    return is_answer_to(*document_from(body), asked, {0.1, {}});
   };
   const std::string mesh_a = R"(,"meshes":{"a":{"unit":{"name":"in","source":"declared"}}})";
   CHECK(is_answer(R"(,"unit":{"name":"mm","source":"declared"})" + mesh_a));

@@ -35,6 +35,7 @@ check::Gate gate_of(const Json& json) {
   if (json.contains("max_distance")) gate.limit.max_distance = json["max_distance"].get<double>();
   if (json.contains("max_diagonal_share")) gate.limit.max_diagonal_share = json["max_diagonal_share"].get<double>();
   gate.limit.unit = api::parse_unit(json.value("units", ""));
+  if (json.contains("share")) gate.area_limit = check::AreaLimit{std::exchange(gate.limit, {}), json["share"]};
   gate.timeout = std::chrono::milliseconds(json.value("timeout_ms", 60'000));
   gate.statistics = json.value("statistics", false);
   if (!json.contains("options")) return gate;

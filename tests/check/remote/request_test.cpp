@@ -14,7 +14,7 @@ const std::string kA(64, 'a'), kB(64, 'b');
 
 // What the service reads from it.
 api::Request read(const Gate& gate, double max_distance) {
-  const auto pair = api::parse_stored_pair(service::document_of(service::asked_of(kA, kB, gate, max_distance)));
+  const auto pair = api::parse_stored_pair(service::document_of(service::asked_of(kA, kB, gate, {max_distance, {}})));
   REQUIRE(pair.ok());
   CHECK(pair->a == kA);
   CHECK(pair->b == kB);
@@ -68,7 +68,7 @@ TEST_CASE("request: settings that the gate does not have are left to the service
   CHECK(request.options.units == api::AskedUnits{});
   CHECK(request.options.tolerance.diagonal == gate.options.tolerance.diagonal);
   CHECK_FALSE(request.options.statistics.has_value());
-  const auto json = nlohmann::json::parse(service::document_of(service::asked_of(kA, kB, gate, 0)));
+  const auto json = nlohmann::json::parse(service::document_of(service::asked_of(kA, kB, gate, {0, {}})));
   for (const char* absent : {"threads", "budget", "points", "statistics", "topology"})
     CHECK_FALSE(json["options"].contains(absent));
 }
@@ -83,4 +83,22 @@ TEST_CASE("request: the limit arrives bit by bit") {
   for (const double limit : {0.1, 1.0 / 3, 5e-324, 1.7976931348623157e308, 0.012345678901234567}) {
     CHECK(read({}, limit).options.max_distance == limit);
   }
+}
+
+TEST_CASE("request: a limit of the area is sent, and asks little of the distance") {
+  Gate gate;
+  gate.area_limit = AreaLimit{{0.1, {}, LengthUnit::millimeter}, 0.01};
+  const auto read = [&] {
+    const auto asked = service::asked_of(kA, kB, gate, limits_of(gate, 0));
+    return api::parse_options(api::parse_stored_pair(service::document_of(asked))->options);
+  };
+  REQUIRE(read().ok());
+  CHECK(!read()->options.max_distance);
+  CHECK(read()->options.max_share_beyond == api::ShareLimit{0.1, 0.01});
+  CHECK(read()->options.units.limit == LengthUnit::millimeter);
+  CHECK(read()->options.narrow);
+  CHECK(read()->options.tolerance.relative == kToleranceOfArea.relative);
+  gate.limit = {0.5, {}, LengthUnit::millimeter};
+  CHECK(read()->options.max_distance == 0.5);
+  CHECK(read()->options.tolerance.diagonal == gate.options.tolerance.diagonal);
 }

@@ -105,11 +105,15 @@ class Same(ServerCase):
             self.gate("several files", "scene.gltf", "triangle.stl"),
             self.gate("strange name", "caf\u00e9 \"x\".obj", "raised.obj"),
             self.gate("zero", "square.obj", "square.obj", max_distance=0),
+            self.gate("area", "raised.obj", "square.obj", max_distance=0.5, share=0.9, units="mm"),
+            self.gate("area kept", "waves.obj", "waves2.obj", max_distance=0.01, share=1),
         ])
         self.assertEqual({name: outcome["verdict"] for name, outcome in there.items()},
                          {"pass": "pass", "fail": "fail", "waves": "fail", "one way": "fail", "the other": "pass",
                           "points": "pass", "tolerance": "pass", "other name": "fail", "several files": "pass", "strange name": "fail",
-                          "zero": "pass"})
+                          "zero": "pass", "area": "fail", "area kept": "pass"})
+        self.assertEqual(there["area"]["document"]["gate"],
+                         {"max_distance": None, "max_share_beyond": {"distance": 0.5, "share": 0.9}, "units": "mm"})
         self.assertEqual(there["fail"]["document"]["gate"], {"max_distance": 0.5, "units": "mm"})
 
     def test_files_whose_format_their_bytes_hardly_say(self):

@@ -39,3 +39,8 @@ TEST_CASE("code quality: one line of text, and a fingerprint of each gate") {
   }
   CHECK(seen.size() == samples::hostile_names().size());
 }
+
+TEST_CASE("code quality: too much area is named so") {
+  const json findings = json::parse(to_code_quality(samples::report_of({samples::area("lid", 0.02)})));
+  CHECK(findings[0]["check_name"] == "meshgauge/area-above-limit");
+}

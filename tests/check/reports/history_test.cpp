@@ -73,10 +73,35 @@ TEST_CASE("history: drawn as letters and as bars, from two runs on") {
   CHECK(sparkline({run(Verdict::pass, 0), run(Verdict::pass, 0.99), run(Verdict::pass, 1), run(Verdict::fail, 90),
                    PastRun{"", Verdict::fail, 2.0, {}, 1.0, ""}, PastRun{"", Verdict::error, {}, {}, {}, ""}}) ==
         "▁▅▅██·");
-  CHECK(history_drawing({run(Verdict::pass, 1)}, "mm").empty());
-  const std::string drawn = history_drawing({run(Verdict::pass, 0.5), run(Verdict::fail, 2)}, "mm");
+  CHECK(history_drawing({"the distance", "mm", {run(Verdict::pass, 1)}}).empty());
+  const std::string drawn = history_drawing({"the distance", "mm", {run(Verdict::pass, 0.5), run(Verdict::fail, 2)}});
   CHECK(drawn.find("Last 2 runs") != std::string::npos);
   CHECK(drawn.find("the limit is 1 mm") != std::string::npos);
   CHECK(drawn.find("class=\"bar pass\"") != std::string::npos);
   CHECK(drawn.find("class=\"bar fail\"") != std::string::npos);
+}
+
+TEST_CASE("history: a limit of the area has a chart of its own") {
+  const api::test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  Report report;
+  for (int i = 0; i < 2; ++i) {
+    report = samples::report_of({samples::area("lid"), samples::passed("pin")});
+    auto history = History::open(file);
+    REQUIRE(history);
+    REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
+  }
+  CHECK(folder.read("history.jsonl")
+            .find("\"limit\":null,\"unit\":\"mm\",\"share_beyond\":{\"distance\":0.05,\"limit\":0.01,"
+                  "\"lower\":0.00201234,\"upper\":0.00269876}}") != std::string::npos);
+  const auto charts = charts_of(report.outcomes[0]);
+  REQUIRE(charts.size() == 1);
+  CHECK(charts[0].what == "the area farther than 0.05 mm");
+  CHECK(charts[0].runs[0].limit == 1.0);
+  CHECK(charts[0].runs[0].upper == doctest::Approx(0.269876));
+  CHECK(sparkline(charts[0].runs) == "▂▂");
+  CHECK(charts_of(report.outcomes[1]).size() == 1);
+  GateOutcome both = report.outcomes[0];
+  both.measured->has_max_distance = true;
+  CHECK(charts_of(both).size() == 2);
 }

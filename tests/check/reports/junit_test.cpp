@@ -106,3 +106,11 @@ TEST_CASE("junit: the link to a gate's page") {
   CHECK(std::string(suite.child_value("system-out")).find("to be seen at: https://ci.example/c/1\n") !=
         std::string::npos);
 }
+
+TEST_CASE("junit: a limit of the area") {
+  const pugi::xml_document document = parsed(samples::report_of({samples::area("lid")}));
+  const auto suite = document.child("testsuites").child("testsuite");
+  CHECK(property(suite, "share_beyond.upper") == "0.00269876");
+  CHECK(property(suite, "share_beyond.limit") == "0.01");
+  CHECK(property(suite, "limit").empty());
+}

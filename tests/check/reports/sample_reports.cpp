@@ -39,6 +39,16 @@ GateOutcome broken(const std::string& name) {
   return outcome;
 }
 
+GateOutcome area(const std::string& name, double more) {
+  GateOutcome outcome = outcome_of(name, 0.06, 0.07, 0.05, "converged");
+  outcome.gate.area_limit = AreaLimit{std::exchange(outcome.gate.limit, {}), 0.01};
+  Measured& measured = *outcome.measured;
+  measured.has_max_distance = false;
+  measured.share_beyond = ShareBeyond{{0.05, 0.01}, 0.00201234 + more, 0.00269876 + more, "complete"};
+  measured.verdict = more > 0.008 ? Verdict::fail : Verdict::pass;
+  return outcome;
+}
+
 Report report_of(std::vector<GateOutcome> outcomes) {
   Report report;
   report.outcomes = std::move(outcomes);
@@ -107,10 +117,16 @@ std::vector<Named> all() {
   GateOutcome unbounded = undecided("unbounded");
   unbounded.measured->upper = std::numeric_limits<double>::infinity();
   unbounded.measured->witness.reset();
-  return {{"ordinary", ordinary()},         {"hostile", hostile()},
-          {"empty", report_of({})},         {"passed", report_of({passed("bracket"), passed("lid")})},
-          {"interrupted", interrupted},     {"allowed", allowed},
-          {"flags", report_of({by_flags})}, {"unbounded", report_of({unbounded})}};
+  const Report areas = report_of({area("lid"), area("pin", 0.02)});
+  return {{"areas", areas},
+          {"ordinary", ordinary()},
+          {"hostile", hostile()},
+          {"empty", report_of({})},
+          {"passed", report_of({passed("bracket"), passed("lid")})},
+          {"interrupted", interrupted},
+          {"allowed", allowed},
+          {"flags", report_of({by_flags})},
+          {"unbounded", report_of({unbounded})}};
 }
 
 }  // namespace meshgauge::check::samples

@@ -100,3 +100,12 @@ TEST_CASE("sarif: the gate's page is the result's hostedViewerUri") {
   seen.measured->link = "https://ci.example/c/1";
   CHECK(only(seen)["hostedViewerUri"] == "https://ci.example/c/1");
 }
+
+TEST_CASE("sarif: too much area has a rule of its own") {
+  const json finding = only(samples::area("lid", 0.02));
+  CHECK(finding["ruleId"] == "MG0004");
+  CHECK(finding["properties"]["shareBeyond"]["limit"] == 0.01);
+  CHECK(!finding["properties"].contains("limit"));
+  CHECK(finding["message"]["text"].get<std::string>().find("between 2.201 and 2.27 % of the area") !=
+        std::string::npos);
+}

@@ -56,3 +56,28 @@ TEST_CASE("wording: what was found, in half a sentence") {
       witness_of(samples::undecided("a")) ==
       "(1.5, -2, 0.3) mm on triangle 17 of the candidate; nearest is (1.5, -2, 1e-9) mm on triangle 4 of the baseline");
 }
+
+TEST_CASE("wording: a limit of the area, alone and beside one of the distance") {
+  const std::string limits = "; at most 1 % may be";
+  GateOutcome area = samples::area("a");
+  CHECK(limit_of(area) == "1 % beyond 0.05 mm");
+  CHECK(interval_of(area) == "0.2012 .. 0.2699 %");
+  CHECK(finding_of(area) == "between 0.2012 and 0.2699 % of the area is farther than 0.05 mm" + limits);
+  area.measured->share_beyond->lower = 0;
+  CHECK(finding_of(area) == "at most 0.2699 % of the area is farther than 0.05 mm" + limits);
+  area.measured->share_beyond->upper = 0;
+  CHECK(finding_of(area) == "none of the area is farther than 0.05 mm" + limits);
+  area.measured->share_beyond->upper = 0.0123456;
+  CHECK(finding_of(area) ==
+        "at most 1.235 % of the area is farther than 0.05 mm: whether at most 1 % are is not known (complete)");
+  CHECK(area.gate.limit.is_given() == false);
+  GateOutcome both = samples::area("b");
+  both.gate.limit = {0.1, {}, LengthUnit::millimeter};
+  both.measured->limit = 0.1;
+  both.measured->has_max_distance = true;
+  CHECK(limit_of(both) == "0.1 mm, 1 % beyond 0.05 mm");
+  CHECK(interval_of(both) == "0.06 .. 0.07 mm, 0.2012 .. 0.2699 %");
+  CHECK(finding_of(both).find("within the limit of 0.1 mm; between 0.2012 and 0.2699 %") != std::string::npos);
+  both.measured.reset();
+  CHECK(limit_of(both) == "0.1 mm, 1 % beyond 0.05 mm");
+}

@@ -40,6 +40,21 @@ TEST_CASE("undecided: the limits and the time that would decide") {
   CHECK(with(measured(0.25, 0.75, 0.5, "precision_floor")).advice().find("rounding") != std::string::npos);
 }
 
+TEST_CASE("undecided: the shares of the area that would decide") {
+  GateOutcome outcome = with(measured(0.25, 0.75, 0.5));
+  Measured& found = *outcome.measured;
+  found.has_max_distance = false;
+  found.share_beyond = ShareBeyond{{0.5, 0.25}, 0, 0.5, "timeout"};
+  found.verdict = Verdict::undecided;
+  CHECK(outcome.advice().starts_with("Decided by a share of at least 50"));
+  CHECK(outcome.advice().ends_with(" % (pass); or a longer timeout than 30 s."));
+  found.share_beyond->status = "precision_floor";
+  CHECK(outcome.advice() ==
+        "Decided by another distance than 0.5 mm: part of the area is that far away, within rounding error.");
+  found.share_beyond->status = "no_area";
+  CHECK(outcome.advice() == "A mesh has no area: all its triangles are degenerate.");
+}
+
 TEST_CASE("undecided: impossible advice is left out") {
   GateOutcome outcome = with(measured(0.25, 0.75, 0.5, "timeout"));
   outcome.gate.timeout = std::chrono::seconds(180);

@@ -34,9 +34,7 @@ Json steady(Json document) {
 
 Json compared(const Gate& gate) {
   const auto a = api::WholeFile::open(gate.candidate.string()), b = api::WholeFile::open(gate.baseline.string());
-  api::ComparisonOptions options = gate.options;
-  options.max_distance = gate.limit.max_distance;
-  options.units = units_of(gate);
+  const api::ComparisonOptions options = options_of(gate, limits_of(gate, 0));
   Control control;
   auto comparison = api::compare({"a", a->bytes(), gate.candidate.string(), ""},
                                  {"b", b->bytes(), gate.baseline.string(), ""}, options, {}, control);
@@ -148,4 +146,51 @@ TEST_CASE("as many gates at once as processors, or as asked for, and no more tha
   CHECK(at_once({2, 0}) == 2);
   CHECK(at_once({2, 4}) == 4);
   CHECK(at_once({64, 0}) == 5);
+}
+
+TEST_CASE("a limit of the area alone, and beside one of the distance") {
+  const Folder folder;
+  // The candidate rises from 0 to 1 over the baseline: half of it is farther than a half.
+  Mesh ramp = shapes::grid(6, 1);
+  for (Vec3& p : ramp.positions) p.z() = p.x();
+  const double flat = ramp.positions.front().z();
+  const auto a = folder.obj("a.obj", ramp), b = folder.obj("b.obj", shapes::grid(5, 1, flat));
+  const auto verdict_of = [&](double share, std::optional<double> max_distance) {
+    Gate asked = gate(a, b, 0);
+    asked.limit.max_distance = max_distance;
+    asked.area_limit = AreaLimit{{0.3, {}, {}}, share};
+    const Report report = run_here({asked});
+    REQUIRE(report.outcomes[0].measured);
+    CHECK(report.outcomes[0].measured->share_beyond->lower <= report.outcomes[0].measured->share_beyond->upper);
+    return report.outcomes[0].verdict();
+  };
+  CHECK(verdict_of(0.99, std::nullopt) == Verdict::pass);
+  CHECK(verdict_of(0.01, std::nullopt) == Verdict::fail);
+  CHECK(verdict_of(0.99, 10) == Verdict::pass);
+  CHECK(verdict_of(0.01, 10) == Verdict::fail);
+  CHECK(verdict_of(0.99, 0.1) == Verdict::fail);
+}
+
+TEST_CASE("a limit of the area that its time does not decide") {
+  const Folder folder;
+  Gate hard = gate(folder.obj("a.obj", shapes::sphere(150)), folder.obj("b.obj", shapes::sphere(149)), 0);
+  hard.limit = {};
+  hard.area_limit = AreaLimit{{1e-5, {}, {}}, 0.4};
+  hard.timeout = std::chrono::milliseconds(150);
+  const Report report = run_here({hard});
+  CHECK(report.outcomes[0].verdict() == Verdict::undecided);
+  CHECK(report.exit_code() == 2);
+  CHECK(report.outcomes[0].advice().find("longer timeout than 0.15 s") != std::string::npos);
+}
+
+TEST_CASE("a mesh without area has no share of it") {
+  const Folder folder;
+  const auto point = folder.obj("a.obj", shapes::triangle(Vec3(1, 1, 1), Vec3(1, 1, 1), Vec3(1, 1, 1)));
+  Gate asked = gate(point, folder.obj("b.obj", shapes::grid(3)), 0);
+  asked.limit = {};
+  asked.area_limit = AreaLimit{{0.1, {}, {}}, 0.5};
+  asked.options.direction = Direction::a_to_b;
+  const Report report = run_here({asked});
+  CHECK(report.outcomes[0].verdict() == Verdict::undecided);
+  CHECK(report.outcomes[0].advice().find("no area") != std::string::npos);
 }

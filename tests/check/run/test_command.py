@@ -56,6 +56,22 @@ class Pair(Workplace):
         # The limit that the advice names decides.
         self.exits(0, a, b, "--max-distance", repr(gate["distance"]["upper"]), "--strategy", "four_point")
 
+    def test_a_limit_of_the_area(self):  # all of both squares is at 2
+        pair = ("flat.obj", "raised.obj")
+        self.exits(0, *pair, "--max-share-beyond", "2.5 mm: 0 %")
+        self.exits(1, *pair, "--max-share-beyond", "1.5 mm: 99 %")
+        self.exits(0, *pair, "--max-share-beyond", "1.5 mm: 100 %")
+        self.exits(1, *pair, "--max-share-beyond", "2.5 mm: 0 %", "--max-distance", "1 mm")
+        self.exits(3, *pair, "--max-share-beyond", "2.5 mm: 0 %", "--max-distance", "3 in")
+        self.exits(3, *pair, "--max-share-beyond", "1.5 mm: 120 %")
+        gate = self.report(2, *pair, "--max-share-beyond", "2: 50 %")["gates"][0]  # within rounding error of 2
+        self.assertEqual(gate["share_beyond"]["limit"], 0.5)
+        self.assertLess(gate["share_beyond"]["lower"], 0.5)
+        self.assertGreater(gate["share_beyond"]["upper"], 0.5)
+        self.assertEqual(gate["limit"], {"max_distance": None, "diagonal_share": None, "units": None,
+                                         "max_share_beyond": {"distance": 2, "diagonal_share": None, "share": 0.5}})
+        self.assertIn("another distance than 2: part of the area", gate["advice"])
+
     def test_a_file_is_not_its_own_baseline(self):
         os.symlink("flat.obj", self.folder / "link.obj")
         for other in ("flat.obj", "./flat.obj", "link.obj"):
