@@ -25,7 +25,7 @@ struct ComparisonOptions : Options {
   ComparisonOptions(const Options& engine, const AskedUnits& asked = {}) : Options(engine), units(asked) {}
 
   AskedUnits units;
-  bool topology = false;  // also examine both meshes (engine/topology.h)
+  bool topology = false;                       // also examine both meshes (engine/topology.h)
   std::optional<ShareLimit> max_share_beyond;  // of the gate
 };
 
