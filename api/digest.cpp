@@ -12,6 +12,7 @@ namespace {
 std::string to_hex(std::span<const unsigned char> bytes) {
   static constexpr char kDigits[] = "0123456789abcdef";
   std::string out;
+  out.reserve(2 * bytes.size());
   for (const unsigned char byte : bytes) {
     out += kDigits[byte >> 4];
     out += kDigits[byte & 15];
@@ -47,9 +48,15 @@ std::string sha256_hex(std::span<const std::byte> bytes) {
 }
 
 std::string random_id() {
-  std::array<unsigned char, 16> bytes{};
-  if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) throw std::runtime_error("no random numbers");
-  return to_hex(bytes);
+  constexpr std::size_t kBytes = 16;
+  thread_local std::array<unsigned char, kBytes * 64> drawn{};  // a draw costs as much as many ids
+  thread_local std::size_t used = drawn.size();
+  if (used == drawn.size()) {
+    if (RAND_bytes(drawn.data(), static_cast<int>(drawn.size())) != 1) throw std::runtime_error("no random numbers");
+    used = 0;
+  }
+  used += kBytes;
+  return to_hex(std::span(drawn).subspan(used - kBytes, kBytes));
 }
 
 }  // namespace meshgauge::api

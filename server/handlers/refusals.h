@@ -4,6 +4,7 @@
 #include <string>
 
 #include "api/problem.h"
+#include "server/http/exchange.h"
 #include "server/settings.h"
 
 namespace meshgauge::server {
@@ -12,10 +13,13 @@ inline api::Problem shutting_down() {
   return {api::ProblemKind::shutting_down, "the service is shutting down and accepts no new work; retry later", {}};
 }
 
-inline api::Problem queue_full() {
-  return {api::ProblemKind::overloaded,
-          "all workers are busy, and the queue or this client's share of it is full; retry later",
-          {}};
+// Serialized once: under overload most responses are this one.
+inline const ProblemDocument& queue_full() {
+  static const ProblemDocument document = document_of(
+      {api::ProblemKind::overloaded,
+       "all workers are busy, and the queue or this client's share of it is full; retry later",
+       {}});
+  return document;
 }
 
 // For clients that would occupy a connection for long: to follow events, download rows, or wait for a result.

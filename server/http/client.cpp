@@ -165,7 +165,10 @@ void Client::serve(Head head, const std::optional<Problem>& refusal) {
                                 [inbox = loop().inbox(), id = id()] { inbox->post(id, EventLoop::Message::woken); });
   begin(Phase::serving, Clock::time_point::max());
   const auto entry = refusal ? Edge::Entry::answered : serving_->enter();
-  if (entry == Edge::Entry::answered) return apply(serving_->advance());
+  if (entry == Edge::Entry::answered) {
+    if (is_refused(serving_->exchange().response.status)) refused();
+    return apply(serving_->advance());
+  }
   IoPool& pool = entry == Edge::Entry::status ? edge_.status : edge_.requests;
   const bool taken = pool.offer([this] {
     serving_->handle();

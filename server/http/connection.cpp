@@ -6,6 +6,8 @@
 #include <cassert>
 #include <cstring>
 
+#include "server/access/address_tag.h"
+
 namespace meshgauge::server {
 
 void Connection::consume(std::size_t n) {
@@ -17,7 +19,10 @@ void Connection::consume(std::size_t n) {
   }
 }
 
-std::string Connection::peer() const { return peer_of(fd_); }
+const std::string& Connection::peer() {
+  if (peer_.empty()) peer_ = address_tag(peer_of(fd_));
+  return peer_;
+}
 
 bool Connection::take_place(ConnectionLimit& peers) {
   if (!place_) place_ = peers.take(peer_of(fd_));

@@ -27,7 +27,7 @@ class Connection {
 
   std::string_view buffered() const { return std::string_view(buffer_).substr(start_); }
   void consume(std::size_t n);  // precondition: n <= buffered().size()
-  std::string peer() const;     // as of peer_of()
+  const std::string& peer();    // the address_tag() of the peer's address
   void shrink();                // gives the memory of an empty buffer back
 
   // Appends up to `most` arrived bytes to buffered(). wants_*: there are none.
@@ -44,6 +44,7 @@ class Connection {
   std::unique_ptr<Transport> transport_;
   std::string buffer_;
   std::size_t start_ = 0;
+  std::string peer_;
 };
 
 // Returns the peer's address as bytes to compare: 4 bytes for IPv4; the first 8 for IPv6, since one host may use any

@@ -23,7 +23,6 @@ struct Edge {
   std::function<Entry(Exchange&)> enter;
   std::function<void(Exchange&)> handle;
   std::function<void(const Exchange&)> log;                                // after the last byte of each response
-  std::function<std::string(const Exchange&, bool close)> write_response;  // head and body as text
   std::function<bool()> stopping;                                          // connections end after their response
   ConnectionLimit peers;                                                   // connections whose bytes are due
   IoPool requests;

@@ -1,7 +1,5 @@
 #include "server/http/event_loop.h"
 
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
@@ -12,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <new>
+#include <thread>
 
 namespace meshgauge::server {
 namespace {
@@ -21,7 +20,12 @@ using std::chrono::milliseconds;
 constexpr EventLoop::Id kListener = 0, kInbox = 1;
 constexpr milliseconds kScanGap{20};    // between two looks at all deadlines: ten thousand take half a millisecond
 constexpr milliseconds kRetryGap{100};  // while no descriptor is left
-constexpr int kMostAccepted = 64;       // in one round, so that requests do not wait for a flood of connections
+constexpr int kMostAccepted = 256;      // in one round, so that requests do not wait for a flood of connections
+// Under overload, that is, when so many requests are refused within the time, the next round begins later. So one
+// wake-up serves many requests, and the processor is left to those that were accepted.
+constexpr int kManyRefused = 16;
+constexpr milliseconds kRefusedWithin{10};
+constexpr milliseconds kGather{2};
 
 bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
   epoll_event event{};
@@ -76,8 +80,17 @@ std::vector<std::pair<EventLoop::Id, EventLoop::Message>> EventLoop::Inbox::take
 }
 
 void EventLoop::Source::want(std::uint32_t events) {
+  wanted_ = events;
+  if (std::exchange(armed_, events) == events) return;
   const int how = std::exchange(watched_, true) ? EPOLL_CTL_MOD : EPOLL_CTL_ADD;
-  if (!tell(loop_.epoll_.get(), how, fd(), id_, events | EPOLLONESHOT)) close();  // no memory in the kernel
+  if (!tell(loop_.epoll_.get(), how, fd(), id_, events)) close();  // no memory in the kernel
+}
+
+// An event that is not wanted any more is switched off, once.
+void EventLoop::tell_ready(Source& source) {
+  if (std::exchange(source.wanted_, 0) != 0) return source.ready();
+  source.armed_ = 0;
+  tell(epoll_.get(), EPOLL_CTL_MOD, source.fd(), source.id_, EPOLLONESHOT);
 }
 
 void EventLoop::Source::soon() { loop_.soon_.push_back(id_); }
@@ -112,19 +125,27 @@ void EventLoop::run(Descriptor listener) {
     if (stopping() && sources_.empty()) break;
     const int count = ::epoll_wait(epoll_.get(), events.data(), events.size(), wait_ms(Clock::now()));
     const std::vector<Id> soon = std::exchange(soon_, {});
+    bool more = count == static_cast<int>(events.size());
     for (int i = 0; i < count; ++i) {
       const Id id = events[static_cast<std::size_t>(i)].data.u64;
       if (id == kListener) {
-        accept_some();
+        more |= accept_some();
       } else if (id != kInbox) {
-        call(id, [](Source& source) { source.ready(); });
+        call(id, [this](Source& source) { tell_ready(source); });
       }
     }
     read_inbox();
     for (const Id id : soon) call(id, [](Source& source) { source.ready(); });
     if (const auto now = Clock::now(); now >= next_scan_) scan(now);
+    if (refused_ >= kManyRefused && !more) gather();
   }
   listener_.close();
+}
+
+void EventLoop::gather() {
+  if (Clock::now() - gathered_ < kRefusedWithin) std::this_thread::sleep_for(kGather);
+  gathered_ = Clock::now();
+  refused_ = 0;
 }
 
 int EventLoop::wait_ms(Clock::time_point now) const {
@@ -151,23 +172,25 @@ void EventLoop::forget(Id id) {
   size_.store(sources_.size());
 }
 
-void EventLoop::accept_some() {
+// True: more may have arrived.
+bool EventLoop::accept_some() {
   for (int i = 0; i < kMostAccepted && !stopping(); ++i) {
     const int fd = ::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd >= 0) {
       add(Descriptor(fd));
       continue;
     }
-    if (errno == EAGAIN) return;
+    if (errno == EAGAIN) return false;
     if (is_passing(errno)) continue;
-    if (!is_shortage(errno)) return stop();
-    if (!has_arrived(listener_.get())) return;  // without a descriptor, accept() does not look
+    if (!is_shortage(errno)) return stop(), false;
+    if (!has_arrived(listener_.get())) return false;  // without a descriptor, accept() does not look
     if (drop_one()) continue;
     tell(epoll_.get(), EPOLL_CTL_MOD, listener_.get(), kListener, 0);
     listening_ = false;
     next_scan_ = std::min(next_scan_, Clock::now() + kRetryGap);
-    return;
+    return false;
   }
+  return true;
 }
 
 void EventLoop::add(Descriptor socket) {
@@ -175,8 +198,6 @@ void EventLoop::add(Descriptor socket) {
     ++dropped_;
     return;
   }
-  const int yes = 1;  // else responses wait for the client's delayed acknowledgement
-  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   const Id id = ++last_id_;
   try {
     sources_.emplace(id, make_(id, std::move(socket)));

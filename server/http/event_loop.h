@@ -39,7 +39,7 @@ class EventLoop {
   };
 
   // A connection. The loop owns it and calls it on its thread. Each call to ready() or late() answers one want() or
-  // set_deadline(), which the connection then repeats if it goes on waiting.
+  // set_deadline(), which the connection then repeats if it goes on waiting. Wanting the same again is free.
   class Source {
    public:
     Source(EventLoop& loop, Id id, Descriptor socket) : loop_(loop), id_(id), socket_(std::move(socket)) {}
@@ -61,6 +61,7 @@ class EventLoop {
     void want(std::uint32_t events);            // of epoll, for the next ready()
     void soon();                                // ready() is called in the next round
     void set_deadline(Clock::time_point when);  // max(): none
+    void refused() { ++loop_.refused_; }        // a request, for want of room
     void close() { closed_ = true; }            // destroys this object after the present call
 
    private:
@@ -69,6 +70,8 @@ class EventLoop {
     const Id id_;
     const Descriptor socket_;
     Clock::time_point deadline_ = Clock::time_point::max();
+    std::uint32_t wanted_ = 0;  // 0: nothing
+    std::uint32_t armed_ = 0;   // what the kernel looks for
     bool watched_ = false;
     bool closed_ = false;
   };
@@ -90,12 +93,14 @@ class EventLoop {
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
 
  private:
-  void accept_some();
+  bool accept_some();
   void add(Descriptor socket);
   bool drop_one();
   void read_inbox();
   void end_if_stopping();
   void scan(Clock::time_point now);
+  void tell_ready(Source& source);
+  void gather();
   int wait_ms(Clock::time_point now) const;
   template <class Call>
   void call(Id id, const Call& what);
@@ -111,6 +116,8 @@ class EventLoop {
   Id last_id_;
   Clock::time_point next_scan_ = Clock::time_point::max();  // the earliest deadline, or later by kScanGap
   Clock::time_point last_scan_{};
+  int refused_ = 0;                    // requests, since gathered_
+  Clock::time_point gathered_{};
   bool listening_ = false;  // false while no descriptor is left
   bool told_stop_ = false;
   bool told_abort_ = false;

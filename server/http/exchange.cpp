@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "server/access/address_tag.h"
-
 namespace meshgauge::server {
 namespace {
 
@@ -15,14 +13,14 @@ void add_missing(Response& response, const char* name, const char* value) {
 
 }  // namespace
 
-std::string client_of(const Exchange& exchange) {
-  return exchange.owner.empty() ? address_tag(exchange.peer) : exchange.owner;
-}
-
 void answer(Exchange& exchange, const api::Problem& problem) { answer(exchange, problem, std::chrono::seconds(1)); }
 
 void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after) {
-  answer(exchange, {problem.status(), problem.type(), to_json(problem)}, retry_after);
+  answer(exchange, document_of(problem), retry_after);
+}
+
+ProblemDocument document_of(const api::Problem& problem) {
+  return {problem.status(), problem.type(), to_json(problem)};
 }
 
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after) {
@@ -34,7 +32,7 @@ void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseco
   response.status = document.status;
   response.content_type = "application/problem+json";
   response.body = std::move(document.json);
-  if (document.status == 503 || document.status == 429) {
+  if (is_refused(document.status)) {
     const auto seconds = std::clamp<std::int64_t>(std::chrono::ceil<std::chrono::seconds>(retry_after).count(), 1, 60);
     response.headers.emplace_back("Retry-After", std::to_string(seconds));
   }

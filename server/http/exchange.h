@@ -31,6 +31,9 @@ inline constexpr int kNotModified = 304;
 // RFC 9110 sections 8.6 and 15.4.5.
 inline bool has_content(int status) { return status != kNoContent && status != kNotModified; }
 
+// For want of room or by a rate: the client may try again.
+inline bool is_refused(int status) { return status == 429 || status == 503; }
+
 struct Exchange;
 
 struct Response {
@@ -56,7 +59,7 @@ struct Exchange {
       : id(std::move(unique_id)), head(request_head), body(request_body), trace(continue_trace(request_head)) {}
 
   std::string id;       // random, 128 bits; also the id of a comparison that this request creates
-  std::string peer;     // the client's address, as of peer_of()
+  std::string peer;     // the address_tag() of the client
   std::string owner;    // id of the client's key; empty: the service runs without keys
   std::string route;    // the router's template; empty: none matched
   std::string segment;  // the part of the path that matched {} in the template
@@ -78,8 +81,10 @@ struct Exchange {
   std::optional<MeshSizes> triangles;
 };
 
-// The client that shares are counted for: the owner; without keys, the address_tag() of the peer.
-std::string client_of(const Exchange& exchange);
+// The client that shares are counted for: the owner; without keys, the peer.
+inline const std::string& client_of(const Exchange& exchange) {
+  return exchange.owner.empty() ? exchange.peer : exchange.owner;
+}
 
 // Sets the response to a problem document, whatever it was before. With status 429 or 503 it gets Retry-After: 1 s, or
 // `retry_after` rounded up to whole seconds, 1 to 60.
@@ -92,6 +97,7 @@ struct ProblemDocument {
   std::string type;
   std::string json;
 };
+ProblemDocument document_of(const api::Problem& problem);
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after);
 
 // Returns a problem if the request has a query; nullopt: it has none. For paths without query parameters: a misplaced

@@ -1,7 +1,5 @@
-// The HTTP server: shields cpp-httplib from clients. Workarounds for the library live here.
-//
-// cpp-httplib binds the socket and writes plain responses. It never sees a byte from a client: server/http/head reads
-// and validates the head, server/http/body the body, and the library gets a request line made here.
+// The HTTP server. cpp-httplib resolves the address and binds the socket; it never sees a byte from a client:
+// server/http/head reads and validates the head, server/http/body the body, server/http/serving writes the response.
 #pragma once
 
 #include <atomic>
@@ -43,15 +41,8 @@ class HttpGuard final : private httplib::Server {
   void abort() { loop_.abort(); }                     // waits for no client any more: ends arriving requests
 
  private:
-  struct Current;
-
-  std::string write(const Exchange& exchange, bool close);
-  template <class Stream>
-  void process(Stream& stream);
-
   Edge edge_;
   EventLoop loop_;
-  static thread_local Current* current_;
 };
 
 }  // namespace meshgauge::server

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "server/http/transport.h"
 
@@ -19,7 +20,7 @@ struct FileBody {
 
 class Outgoing {
  public:
-  void add(std::string_view text) { text_.append(text); }  // precondition: no file
+  void add(std::string text) { text_.empty() ? text_ = std::move(text) : text_ += text; }  // precondition: no file
   void add(FileBody file) { file_ = std::move(file); }
 
   // Writes as much as the socket takes, up to 1 MiB of a file. Does not block. done: that is written; empty() says

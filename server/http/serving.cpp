@@ -1,11 +1,13 @@
 #include "server/http/serving.h"
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <utility>
 
 #include "api/digest.h"
 #include "server/http/event_stream.h"
+#include "server/http/text.h"
 
 namespace meshgauge::server {
 namespace {
@@ -24,10 +26,37 @@ constexpr milliseconds kSilence{15'000};  // proxies close connections that are 
 
 Clock::time_point after(milliseconds time) { return Clock::now() + time; }
 
-std::string head_of(const Response& response, const std::string& framing, bool close) {
-  std::string head = "HTTP/1.1 " + std::to_string(response.status) + " OK\r\nContent-Type: " + response.content_type;
-  for (const auto& [name, value] : response.headers) head += "\r\n" + name + ": " + value;
-  return head + "\r\n" + framing + (close ? "\r\nConnection: close\r\n\r\n" : "\r\n\r\n");
+constexpr std::size_t kMostHeadBytes = 1024;  // of nearly all responses
+
+std::string_view reason_of(int status) {
+  constexpr std::array<std::pair<int, std::string_view>, 26> kReasons{{
+      {200, "OK"}, {201, "Created"}, {202, "Accepted"}, {204, "No Content"}, {304, "Not Modified"},
+      {400, "Bad Request"}, {401, "Unauthorized"}, {403, "Forbidden"}, {404, "Not Found"},
+      {405, "Method Not Allowed"}, {408, "Request Timeout"}, {409, "Conflict"}, {410, "Gone"},
+      {411, "Length Required"}, {413, "Content Too Large"}, {414, "URI Too Long"}, {415, "Unsupported Media Type"},
+      {422, "Unprocessable Content"}, {429, "Too Many Requests"}, {431, "Request Header Fields Too Large"},
+      {500, "Internal Server Error"}, {501, "Not Implemented"}, {503, "Service Unavailable"}, {504, "Gateway Timeout"},
+      {505, "HTTP Version Not Supported"}, {507, "Insufficient Storage"},
+  }};
+  const auto* found = std::find_if(kReasons.begin(), kReasons.end(), [&](const auto& row) { return row.first == status; });
+  return found == kReasons.end() ? "" : found->second;
+}
+
+// A value with a line break or another control character is left out: it would begin a header of its own.
+void add_header(std::string& head, std::string_view name, std::string_view value) {
+  if (is_field_text(value)) head.append(name).append(": ").append(value).append("\r\n");
+}
+
+std::string head_of(const Response& response, std::string_view framing, std::string_view size, bool close) {
+  std::string head;
+  head.reserve(kMostHeadBytes + response.body.size());
+  head.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ");
+  head.append(reason_of(response.status)).append("\r\n");
+  if (has_content(response.status)) add_header(head, "Content-Type", response.content_type);
+  for (const auto& [name, value] : response.headers) add_header(head, name, value);
+  if (has_content(response.status) && response.length_known) add_header(head, framing, size);  // RFC 9110 section 8.6
+  if (close) add_header(head, "Connection", "close");
+  return head.append("\r\n");
 }
 
 }  // namespace
@@ -168,21 +197,24 @@ void Serving::compose() {
   response.headers.emplace_back("X-Request-Id", exchange_.id);
   for (auto& header : trace_headers(exchange_.trace)) response.headers.push_back(std::move(header));
   add_security_headers(response);
-  const bool try_again = response.status == 429 || response.status == 503;
   // The unread rest of a body would be parsed as the next request.
-  const bool keeps = body_.consumed() || (try_again && body_.left() <= kMostDiscarded);
+  const bool keeps = body_.consumed() || (is_refused(response.status) && body_.left() <= kMostDiscarded);
   if (!keeps || edge_.stopping() || response.stream) close_ = true;
   deadline_ = after(kWriteTime);
   composed_ = true;
+  constexpr std::string_view kLength = "Content-Length";
+  const bool has_body = head_.method != "HEAD" && has_content(response.status);
   if (response.stream) {
-    outgoing_.add(head_of(response, "Transfer-Encoding: chunked", true));
+    outgoing_.add(head_of(response, "Transfer-Encoding", "chunked", true));
   } else if (response.file) {
     const std::size_t size = response.file->bytes.size();
     latest_ = *deadline_ + milliseconds(size / kLeastFileBytesPerMs);
-    outgoing_.add(head_of(response, "Content-Length: " + std::to_string(size), close_));
-    if (exchange_.head.method != "HEAD") outgoing_.add(*std::exchange(response.file, std::nullopt));
+    outgoing_.add(head_of(response, kLength, std::to_string(size), close_));
+    if (has_body) outgoing_.add(*std::exchange(response.file, std::nullopt));
   } else {
-    outgoing_.add(edge_.write_response(exchange_, close_));
+    std::string text = head_of(response, kLength, std::to_string(response.body.size()), close_);
+    if (has_body) text += response.body;
+    outgoing_.add(std::move(text));
   }
 }
 

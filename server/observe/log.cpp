@@ -34,11 +34,15 @@ std::string dropped_line(std::uint64_t lines) {
   return line_of("log", std::to_string(lines) + " lines were dropped: the reader of stderr was too slow");
 }
 
+std::string alike_line(std::uint64_t lines) {
+  return line_of("refused", std::to_string(lines) + " further requests were refused (429, 503) in the last second");
+}
+
 constexpr std::chrono::seconds kAtExit{1};
 
 // Not destroyed: threads that outlive main() may log.
 LogQueue& queue() {
-  static LogQueue& lines = *new LogQueue(STDERR_FILENO, dropped_line);
+  static LogQueue& lines = *new LogQueue(STDERR_FILENO, dropped_line, alike_line);
   static const struct Drained {
     ~Drained() { lines.drain(kAtExit); }
   } drained;
@@ -47,10 +51,10 @@ LogQueue& queue() {
 
 // A line that no memory is left for is dropped: most lines tell of trouble, and must not become one.
 template <class MakeLine>
-void write_line(MakeLine make) noexcept {
+void write_line(MakeLine make, bool alike = false) noexcept {
   const MayFail may_fail;
   try {
-    queue().add(make());
+    alike ? queue().add_alike(make) : queue().add(make());
   } catch (const std::exception&) {
     lost_lines.fetch_add(1, std::memory_order_relaxed);
   }
@@ -103,8 +107,9 @@ std::string request_line(const Exchange& exchange, double seconds) {
   return std::move(line).finish();
 }
 
+// Under overload most lines would tell of the same refusal.
 void log_request(const Exchange& exchange, double seconds) {
-  write_line([&] { return request_line(exchange, seconds); });
+  write_line([&] { return request_line(exchange, seconds); }, is_refused(exchange.response.status));
 }
 
 // The trace is the client's, so that it continues from the front end that accepted the job to the worker that ran it.

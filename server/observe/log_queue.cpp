@@ -16,8 +16,13 @@
 namespace meshgauge::server {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 // A pipe takes so many bytes (PIPE_BUF) in one piece, so lines of several processes do not mix.
 constexpr std::size_t kPiece = 4096;
+// A busy log's writer rests between two pieces, since it takes a processor from those that work.
+constexpr std::chrono::milliseconds kRest{5};
+constexpr std::chrono::seconds kSecond{1};
 
 // false: the descriptor does not take it.
 bool write_all(int file, std::string_view text) {
@@ -34,27 +39,77 @@ bool write_all(int file, std::string_view text) {
 }  // namespace
 
 struct LogQueue::State {
-  State(int to, Report what) : file(to), report(std::move(what)) {}
+  State(int to, Report of_dropped, Report of_alike)
+      : file(to), report_dropped(std::move(of_dropped)), report_alike(std::move(of_alike)) {}
+
+  // Whether the thread has something to write. Precondition of all: mutex is held.
+  bool is_due() const { return ended || !lines.empty() || (left_out > 0 && Clock::now() >= report_at); }
+  void await_lines(std::unique_lock<std::mutex>& lock);
+  void wake_writer();
+  bool take_alike();
 
   const int file;
-  const Report report;
+  const Report report_dropped;
+  const Report report_alike;
   mutable std::mutex mutex;  // guards what follows
-  mutable std::condition_variable changed;
+  mutable std::condition_variable written;
+  std::condition_variable wake;
   std::deque<std::string> lines;
   std::size_t bytes = 0;  // of `lines`
   bool started = false;   // the thread runs
+  bool idle = false;      // it waits for a line
   bool writing = false;   // it has taken lines
   bool ended = false;
   std::uint64_t dropped = 0;
   std::uint64_t untold = 0;  // dropped lines that no line tells of yet
+  Clock::time_point second{};        // since when `alike` counts
+  std::uint64_t alike = 0;
+  std::uint64_t left_out = 0;     // by take_alike(), and no line tells of them yet
+  Clock::time_point report_at{};  // when one does
 };
 
-LogQueue::LogQueue(int file, Report report) : state_(std::make_shared<State>(file, std::move(report))) {}
+void LogQueue::State::await_lines(std::unique_lock<std::mutex>& lock) {
+  while (!is_due()) {
+    idle = true;
+    left_out > 0 ? void(wake.wait_until(lock, report_at)) : wake.wait(lock);
+  }
+  idle = false;
+}
+
+void LogQueue::State::wake_writer() {
+  if (std::exchange(idle, false)) wake.notify_one();
+}
+
+// false: there were enough of such lines in this second; this one is counted.
+bool LogQueue::State::take_alike() {
+  const auto now = Clock::now();
+  if (now >= second + kSecond) {
+    second = now;
+    alike = 0;
+  }
+  if (++alike <= kMostAlike) return true;
+  if (left_out++ == 0) {
+    report_at = now + kSecond;
+    wake_writer();
+  }
+  return false;
+}
+
+LogQueue::LogQueue(int file, Report dropped, Report alike)
+    : state_(std::make_shared<State>(file, std::move(dropped), std::move(alike))) {}
 
 LogQueue::~LogQueue() {
   const std::lock_guard lock(state_->mutex);
   state_->ended = true;
-  state_->changed.notify_all();
+  state_->wake.notify_one();
+}
+
+void LogQueue::add_alike(const std::function<std::string()>& make) {
+  const bool taken = [&] {
+    const std::lock_guard lock(state_->mutex);
+    return state_->take_alike();
+  }();
+  if (taken) add(make());
 }
 
 void LogQueue::add(std::string line) noexcept {
@@ -67,7 +122,7 @@ void LogQueue::add(std::string line) noexcept {
       const std::size_t bytes = line.size();
       state.lines.push_back(std::move(line));
       state.bytes += bytes;
-      state.changed.notify_all();
+      state.wake_writer();
       return;
     }
   } catch (const std::exception&) {
@@ -80,7 +135,7 @@ void LogQueue::add(std::string line) noexcept {
 bool LogQueue::drain(std::chrono::milliseconds most) const {
   const State& state = *state_;
   std::unique_lock lock(state.mutex);
-  return state.changed.wait_for(lock, most, [&] { return state.lines.empty() && !state.writing; });
+  return state.written.wait_for(lock, most, [&] { return state.lines.empty() && !state.writing; });
 }
 
 std::uint64_t LogQueue::dropped() const {
@@ -94,11 +149,13 @@ void LogQueue::write_lines(State& state) try {
   ::sigemptyset(&pipe);
   ::sigaddset(&pipe, SIGPIPE);
   ::pthread_sigmask(SIG_BLOCK, &pipe, nullptr);  // a reader that is gone is an error of write(), not the end
+  Clock::time_point rested{};
   std::unique_lock lock(state.mutex);
   while (true) {
     state.writing = false;
-    state.changed.notify_all();
-    state.changed.wait(lock, [&] { return state.ended || !state.lines.empty(); });
+    state.written.notify_all();
+    state.await_lines(lock);
+    if (state.bytes < kPiece) state.wake.wait_until(lock, rested, [&] { return state.ended; });
     if (state.ended) return;
     state.writing = true;
     std::string piece;
@@ -109,15 +166,21 @@ void LogQueue::write_lines(State& state) try {
       state.lines.pop_front();
       ++lines;
     }
-    if (state.lines.empty() && state.untold > 0) piece += state.report(std::exchange(state.untold, 0));
+    if (state.lines.empty()) {
+      if (state.untold > 0) piece += state.report_dropped(std::exchange(state.untold, 0));
+      if (state.left_out > 0 && Clock::now() >= state.report_at) {
+        piece += state.report_alike(std::exchange(state.left_out, 0));
+      }
+    }
     lock.unlock();
     const bool written = write_all(state.file, piece);
+    rested = Clock::now() + kRest;
     lock.lock();
     if (!written) state.dropped += lines;
   }
 } catch (const std::exception&) {
   const std::lock_guard lock(state.mutex);
-  state.started = false;  // out of memory: the next line starts another thread
+  state.started = state.idle = false;  // out of memory: the next line starts another thread
   state.writing = false;
 }
 

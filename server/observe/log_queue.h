@@ -1,5 +1,6 @@
 // Lines on their way to a descriptor. A thread of its own writes them, so that no caller waits for the descriptor's
-// reader. Lines beyond kMostBytes are dropped and counted. Thread safe.
+// reader. It writes an idle log's line at once, and gathers those of a busy one. Lines beyond kMostBytes are dropped
+// and counted. Thread safe.
 #pragma once
 
 #include <chrono>
@@ -13,16 +14,20 @@ namespace meshgauge::server {
 class LogQueue {
  public:
   static constexpr std::size_t kMostBytes = std::size_t{1} << 20;  // of lines that wait
+  static constexpr std::uint64_t kMostAlike = 100;                 // a second
 
-  // Returns the line that takes the place of so many dropped ones.
-  using Report = std::function<std::string(std::uint64_t dropped)>;
+  // Returns the line that takes the place of so many others.
+  using Report = std::function<std::string(std::uint64_t lines)>;
 
-  LogQueue(int file, Report report);  // borrows the descriptor
+  // `dropped`: reports lines that found no room; `alike`: lines that add_alike() left out. Borrows the descriptor.
+  LogQueue(int file, Report dropped, Report alike);
   ~LogQueue();                        // drops what waits; see drain()
   LogQueue(const LogQueue&) = delete;
   LogQueue& operator=(const LogQueue&) = delete;
 
   void add(std::string line) noexcept;               // never blocks for the descriptor; drops the line without memory
+  // As add(make()), kMostAlike times a second. Further lines are not made but counted; one line a second says how many.
+  void add_alike(const std::function<std::string()>& make);
   bool drain(std::chrono::milliseconds most) const;  // waits until all lines are written; false: the time was over
   std::uint64_t dropped() const;                     // lines since the start, those that could not be written included
 

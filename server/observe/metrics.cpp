@@ -71,9 +71,7 @@ std::string_view known(std::string_view method) {
 }
 
 // "urn:meshgauge:problem:too-large" -> "too-large"
-std::string slug_of(std::string_view problem_type) {
-  return std::string(problem_type.substr(problem_type.rfind(':') + 1));
-}
+std::string_view slug_of(std::string_view problem_type) { return problem_type.substr(problem_type.rfind(':') + 1); }
 
 std::string status_class(int status) { return std::to_string(status / 100) + "xx"; }
 
@@ -113,6 +111,7 @@ struct Metrics::Series {
   Family<Counter>& response_bytes{counters(registry, "meshgauge_response_bytes_total", "Bytes of responses sent")};
   Family<Counter>& rejected{
       counters(registry, "meshgauge_rejected_total", "Requests answered by a problem document, by problem")};
+  std::map<std::string_view, Counter*> rejections;  // by problem; not changed after the constructor
   Family<Counter>& jobs{counters(registry, "meshgauge_jobs_total", "Comparisons that ended")};
   Histogram& queue_wait{
       histograms(registry, "meshgauge_queue_wait_seconds", "Time of comparisons in the queue").Add({}, kStageSeconds)};
@@ -171,7 +170,7 @@ Metrics::Metrics() : series_(std::make_unique<Series>()) {
   }
   series_->job("failed", "out-of-time", Strategy::automatic);
   for (const api::ProblemRow& row : api::problem_table()) {
-    series_->rejected.Add({{"reason", std::string(row.slug)}});
+    series_->rejections[row.slug] = &series_->rejected.Add({{"reason", std::string(row.slug)}});
   }
 }
 
@@ -184,7 +183,10 @@ void Metrics::request_ended(const RequestEnd& request) {
   of.seconds->Observe(request.seconds);
   of.bytes_in->Increment(static_cast<double>(request.bytes_in));
   of.bytes_out->Increment(static_cast<double>(request.bytes_out));
-  if (!request.problem.empty()) series_->rejected.Add({{"reason", slug_of(request.problem)}}).Increment();
+  if (request.problem.empty()) return;
+  const auto slug = slug_of(request.problem);
+  const auto found = series_->rejections.find(slug);  // a stored problem may be of another version
+  (found != series_->rejections.end() ? *found->second : series_->rejected.Add({{"reason", std::string(slug)}})).Increment();
 }
 
 void Metrics::job_started(double waited_seconds) { series_->queue_wait.Observe(waited_seconds); }

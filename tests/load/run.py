@@ -90,18 +90,25 @@ def queue_of(binary, flags):
     return int(re.search(r"^queue = (\d+)$", settings, re.M)[1])
 
 
+def split():
+    """The processors of the service: all but one, which this process and its client keep; all where there is one."""
+    *service, client = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(0, {client})
+    return service or [client]
+
+
 def measure(args, path):
     args.out.mkdir(parents=True, exist_ok=True)
     files = requests.make(args.out / "requests", args.key)
     flags = shlex.split(args.serve)
     log = args.out / "service.log"
-    before = os.getloadavg()[0]
-    service = Service(args.build / "meshgauge", flags, log)
+    before, machine, processors = os.getloadavg()[0], side.session_facts(), split()
+    service = Service(args.build / "meshgauge", flags, log, lambda: os.sched_setaffinity(0, processors))
     try:
         requests.store(service.port, args.key)
         numbers = service.numbers()
         workers, queue = int(numbers["meshgauge_workers"]), queue_of(args.build / "meshgauge", flags)
-        record = {"machine": side.session_facts(), "flags": flags, "workers": workers, "places": workers + queue,
+        record = {"machine": machine, "processors": processors, "flags": flags, "workers": workers, "places": workers + queue,
                   "load_before": before, "multiples": [float(m) for m in args.multiples.split(",")],
                   "capacity": {}, "runs": []}  # fmt: skip
         settings = {"sources": args.sources, "patience": 60}

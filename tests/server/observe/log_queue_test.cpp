@@ -41,11 +41,23 @@ struct Pipe {
 
 std::string told(std::uint64_t lines) { return "dropped " + std::to_string(lines) + "\n"; }
 
+std::string left_out(std::uint64_t lines) { return "left out " + std::to_string(lines) + "\n"; }
+
 }  // namespace
+
+TEST_CASE("log: lines that are alike beyond a hundred a second are counted, and the log says so by itself") {
+  const Pipe pipe;
+  LogQueue queue(pipe.writer.get(), told, left_out);
+  for (std::uint64_t i = 0; i < 3 * LogQueue::kMostAlike; ++i) queue.add_alike([] { return "alike\n"; });
+  const std::string text = pipe.read_until("left out " + std::to_string(2 * LogQueue::kMostAlike) + "\n");
+  CHECK(text.size() == LogQueue::kMostAlike * 6 + left_out(2 * LogQueue::kMostAlike).size());
+  queue.add_alike([] { return "end\n"; });  // in another second
+  CHECK(pipe.read_until("end\n") == "end\n");
+}
 
 TEST_CASE("log: lines of several threads arrive whole, those of each thread in order") {
   const Pipe pipe;
-  LogQueue queue(pipe.writer.get(), told);
+  LogQueue queue(pipe.writer.get(), told, left_out);
   std::vector<std::thread> threads;
   for (char name = 'a'; name < 'e'; ++name) {
     threads.emplace_back([&queue, name] {
@@ -68,7 +80,7 @@ TEST_CASE("log: lines of several threads arrive whole, those of each thread in o
 
 TEST_CASE("log: a stalled reader stops no caller, lines are dropped and counted, and the log says so afterwards") {
   const Pipe pipe;
-  LogQueue queue(pipe.writer.get(), told);
+  LogQueue queue(pipe.writer.get(), told, left_out);
   const std::string line = std::string(999, 'x') + "\n";
   for (std::size_t bytes = 0; bytes < 2 * LogQueue::kMostBytes; bytes += line.size()) queue.add(line);
   const std::uint64_t dropped = queue.dropped();
@@ -88,7 +100,7 @@ TEST_CASE("log: a stalled reader stops no caller, lines are dropped and counted,
 TEST_CASE("log: lines to a closed pipe are dropped and counted") {
   Pipe pipe;
   pipe.reader = Descriptor();
-  LogQueue queue(pipe.writer.get(), told);
+  LogQueue queue(pipe.writer.get(), told, left_out);
   queue.add("line\n");
   CHECK(queue.drain(10s));
   CHECK(queue.dropped() == 1);
@@ -96,7 +108,7 @@ TEST_CASE("log: lines to a closed pipe are dropped and counted") {
 
 TEST_CASE("log: a queue ends while its reader stalls") {
   const Pipe pipe;
-  LogQueue queue(pipe.writer.get(), told);
+  LogQueue queue(pipe.writer.get(), told, left_out);
   for (int i = 0; i < 200; ++i) queue.add(std::string(999, 'x') + "\n");
   CHECK_FALSE(queue.drain(1ms));
 }
