@@ -54,7 +54,7 @@ std::string head_of(const Response& response, std::string_view framing, std::str
   head.append(reason_of(response.status)).append("\r\n");
   if (has_content(response.status)) add_header(head, "Content-Type", response.content_type);
   for (const auto& [name, value] : response.headers) add_header(head, name, value);
-  if (has_content(response.status) && response.length_known) add_header(head, framing, size);  // RFC 9110 section 8.6
+  if (has_content(response.status) && !framing.empty()) add_header(head, framing, size);  // RFC 9110 section 8.6
   if (close) add_header(head, "Connection", "close");
   return head.append("\r\n");
 }
@@ -202,17 +202,17 @@ void Serving::compose() {
   if (!keeps || edge_.stopping() || response.stream) close_ = true;
   deadline_ = after(kWriteTime);
   composed_ = true;
-  constexpr std::string_view kLength = "Content-Length";
+  const std::string_view length = response.length_known ? "Content-Length" : "";
   const bool has_body = head_.method != "HEAD" && has_content(response.status);
   if (response.stream) {
     outgoing_.add(head_of(response, "Transfer-Encoding", "chunked", true));
   } else if (response.file) {
     const std::size_t size = response.file->bytes.size();
     latest_ = *deadline_ + milliseconds(size / kLeastFileBytesPerMs);
-    outgoing_.add(head_of(response, kLength, std::to_string(size), close_));
+    outgoing_.add(head_of(response, length, std::to_string(size), close_));
     if (has_body) outgoing_.add(*std::exchange(response.file, std::nullopt));
   } else {
-    std::string text = head_of(response, kLength, std::to_string(response.body.size()), close_);
+    std::string text = head_of(response, length, std::to_string(response.body.size()), close_);
     if (has_body) text += response.body;
     outgoing_.add(std::move(text));
   }
