@@ -15,10 +15,10 @@ inline api::Problem shutting_down() {
 
 // Serialized once: under overload most responses are this one.
 inline const ProblemDocument& queue_full() {
-  static const ProblemDocument document = document_of(
-      {api::ProblemKind::overloaded,
-       "all workers are busy, and the queue or this client's share of it is full; retry later",
-       {}});
+  static const ProblemDocument document =
+      document_of({api::ProblemKind::overloaded,
+                   "all workers are busy, and the queue or this client's share of it is full; retry later",
+                   {}});
   return document;
 }
 

@@ -22,9 +22,9 @@ struct Edge {
   // On the event loop's thread, so it must not block: answers from the head alone, or names the threads for handle().
   std::function<Entry(Exchange&)> enter;
   std::function<void(Exchange&)> handle;
-  std::function<void(const Exchange&)> log;                                // after the last byte of each response
-  std::function<bool()> stopping;                                          // connections end after their response
-  ConnectionLimit peers;                                                   // connections whose bytes are due
+  std::function<void(const Exchange&)> log;  // after the last byte of each response
+  std::function<bool()> stopping;            // connections end after their response
+  ConnectionLimit peers;                     // connections whose bytes are due
   IoPool requests;
   IoPool status;  // for health checks and metrics: not behind other requests
 };

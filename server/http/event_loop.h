@@ -116,7 +116,7 @@ class EventLoop {
   Id last_id_;
   Clock::time_point next_scan_ = Clock::time_point::max();  // the earliest deadline, or later by kScanGap
   Clock::time_point last_scan_{};
-  int refused_ = 0;                    // requests, since gathered_
+  int refused_ = 0;  // requests, since gathered_
   Clock::time_point gathered_{};
   bool listening_ = false;  // false while no descriptor is left
   bool told_stop_ = false;

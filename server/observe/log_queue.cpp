@@ -61,8 +61,8 @@ struct LogQueue::State {
   bool writing = false;   // it has taken lines
   bool ended = false;
   std::uint64_t dropped = 0;
-  std::uint64_t untold = 0;  // dropped lines that no line tells of yet
-  Clock::time_point second{};        // since when `alike` counts
+  std::uint64_t untold = 0;    // dropped lines that no line tells of yet
+  Clock::time_point second{};  // since when `alike` counts
   std::uint64_t alike = 0;
   std::uint64_t left_out = 0;     // by take_alike(), and no line tells of them yet
   Clock::time_point report_at{};  // when one does

@@ -21,11 +21,11 @@ class LogQueue {
 
   // `dropped`: reports lines that found no room; `alike`: lines that add_alike() left out. Borrows the descriptor.
   LogQueue(int file, Report dropped, Report alike);
-  ~LogQueue();                        // drops what waits; see drain()
+  ~LogQueue();  // drops what waits; see drain()
   LogQueue(const LogQueue&) = delete;
   LogQueue& operator=(const LogQueue&) = delete;
 
-  void add(std::string line) noexcept;               // never blocks for the descriptor; drops the line without memory
+  void add(std::string line) noexcept;  // never blocks for the descriptor; drops the line without memory
   // As add(make()), kMostAlike times a second. Further lines are not made but counted; one line a second says how many.
   void add_alike(const std::function<std::string()>& make);
   bool drain(std::chrono::milliseconds most) const;  // waits until all lines are written; false: the time was over

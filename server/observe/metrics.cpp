@@ -186,7 +186,8 @@ void Metrics::request_ended(const RequestEnd& request) {
   if (request.problem.empty()) return;
   const auto slug = slug_of(request.problem);
   const auto found = series_->rejections.find(slug);  // a stored problem may be of another version
-  (found != series_->rejections.end() ? *found->second : series_->rejected.Add({{"reason", std::string(slug)}})).Increment();
+  (found != series_->rejections.end() ? *found->second : series_->rejected.Add({{"reason", std::string(slug)}}))
+      .Increment();
 }
 
 void Metrics::job_started(double waited_seconds) { series_->queue_wait.Observe(waited_seconds); }

@@ -202,8 +202,9 @@ class Report(unittest.TestCase):
                 "capacity": {"stored": 900.0, "small": 100.0}, "runs": [copy.deepcopy(self.RUN), heavy]}  # fmt: skip
 
     def test_the_verdicts_follow_the_figures(self):
-        self.assertEqual(report.verdicts(self.record()).count("| met |"), 4)
-        self.assertIn("**missed**", report.verdicts(self.record(refusal_p99=0.051)))
+        self.assertEqual(report.verdicts(self.record()).count("| met |"), 5)
+        self.assertEqual(report.verdicts(self.record(refusal_p99=0.021)).count("**missed**"), 2)
+        self.assertEqual(report.verdicts(self.record(throughput=89)).count("**missed**"), 2)
         self.assertEqual(report.verdicts(self.record(p99=0.55)).count("**missed**"), 2)  # and the thousand a second
         self.assertEqual(report.verdicts(self.record(others={"connection broke": 1})).count("**missed**"), 2)
         self.assertEqual(report.verdicts(self.record(idle_after=None)).count("**missed**"), 2)

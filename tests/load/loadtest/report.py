@@ -14,7 +14,8 @@ from .soak import verdict
 
 MARKED = re.compile(r"(<!-- load: (\w+) -->\n).*?(<!-- end of load -->)", re.DOTALL)
 SECOND, MEBIBYTE = 1.0, 1 << 20
-MOST_TO_REFUSE = 0.050
+MOST_TO_REFUSE = 0.020
+LEAST_GOODPUT = 0.9  # of the closed loop's
 
 
 def _mib(value):
@@ -73,6 +74,9 @@ def verdicts(record):
         bound = 2 * least["p99"] + record["places"] / capacity
         rows.append((f"{mix} at {most:g}x: p99 of what was accepted", f"≤ {_seconds(bound)} (twice the p99 at 1x, and the "
                      "time of a full queue)", _seconds(top["p99"]), _met((top["p99"] or math.inf) <= bound)))  # fmt: skip
+        goodput = top["throughput"] / capacity
+        rows.append((f"{mix} at {most:g}x: answered, of the closed loop's capacity", f"≥ {LEAST_GOODPUT}", f"{goodput:.2f}",
+                     _met(goodput >= LEAST_GOODPUT)))  # fmt: skip
         if top["refusal_p99"] is not None:
             rows.append((f"{mix} at {most:g}x: p99 of the time to 503", f"≤ {_seconds(MOST_TO_REFUSE)}",
                          _seconds(top["refusal_p99"]), _met(top["refusal_p99"] <= MOST_TO_REFUSE)))  # fmt: skip
@@ -106,12 +110,17 @@ def soak(record):
 
 def machine(record):
     facts = record["machine"]
-    return (f"{facts['processor']}, {facts['cores']} cores shared by service and client, {facts['memory']}, Linux "
+    return (f"{facts['processor']}, {facts['cores']} cores, {facts['memory']}, Linux "
             f"{facts['kernel']}, commit {facts['commit']}, {facts['session']} UTC. "
             f"`meshgauge serve {' '.join(record['flags'])}`".rstrip(" `") + "`: "
-            f"{record['workers']} workers, {record['places']} places. Load of the machine before the start: "
+            f"{record['workers']} workers, {record['places']} places{_split(record)}. Load of the machine before the start: "
             f"{record['load_before']:.1f}. The client was late by {_seconds(worst_late(record))} at the 99th percentile "
             "of its worst phase.")  # fmt: skip
+
+
+def _split(record):
+    shared = len(record.get("processors", ())) in (0, record["machine"]["cores"])
+    return "; the client shares its processors" if shared else "; the client has a processor of its own"
 
 
 def worst_late(record):
