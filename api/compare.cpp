@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "api/digest.h"
+#include "api/formats/source.h"
 #include "api/gate.h"
 
 namespace meshgauge::api {
@@ -27,7 +28,22 @@ struct NamedMesh {
   std::string_view name;
 
   FileUnit unit() const { return {mesh->facts.format, mesh->facts.notes.unit, name}; }
+  bool is_cloud() const { return mesh->facts.notes.cloud; }
 };
+
+// The surface between the points of a cloud is not known, so no distance to it is.
+Error no_distance_to(const NamedMesh& cloud, const NamedMesh& other, const std::string& from_it) {
+  const std::string advice = other.is_cloud() ? "one of both needs triangles" : std::string(kAskFor) + " " + from_it;
+  return about(cloud.name, ErrorCode::empty_mesh,
+               "has no triangles: it is a point cloud of " + std::to_string(cloud.mesh->facts.vertices) +
+                   " points, and distances are measured from it, not to it; " + advice);
+}
+
+Result<Done> check_clouds(const NamedMesh& a, const NamedMesh& b, Direction direction) {
+  if (a.is_cloud() && direction != Direction::a_to_b) return no_distance_to(a, b, "a_to_b");
+  if (b.is_cloud() && direction != Direction::b_to_a) return no_distance_to(b, a, "b_to_a");
+  return Done{};
+}
 
 bool is_same(MeshView a, MeshView b) {
   return std::ranges::equal(a.positions, b.positions) && std::ranges::equal(a.triangles, b.triangles);
@@ -59,6 +75,7 @@ std::optional<Topology> topology_in(const KnownUnit& result, const PreparedMesh&
 Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const ComparisonOptions& options, Control& control,
                             const StageTimes& so_far) {
   const auto start = Control::Clock::now();
+  if (auto ok = check_clouds(a, b, options.direction); !ok) return std::move(ok).error();
   Comparison comparison;
   comparison.id = random_id();
   comparison.options = options;

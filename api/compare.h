@@ -6,6 +6,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "api/comparison_options.h"
 #include "api/formats/format.h"
@@ -35,10 +36,13 @@ struct Comparison {
 
 // Compares two prepared meshes. `so_far`: stage times before this call; they count into the total. `control` carries
 // the deadline and the cancellation of the whole job. Running out of time while measuring is an Outcome
-// (Stop::timeout). Errors: contradicting units; out_of_time while a mesh is converted to the result's unit; internal
-// when out of memory. Thread safe.
+// (Stop::timeout). Errors: empty_mesh when a direction would measure to a point cloud; contradicting units; out_of_time
+// while a mesh is converted to the result's unit; internal when out of memory. Thread safe.
 Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const ComparisonOptions& options, Control& control,
                            const StageTimes& so_far = {});
+
+// A part of the message that refuses to measure to a point cloud; `meshgauge check` chooses its advice by it.
+inline constexpr std::string_view kAskFor = "ask for the direction";
 
 struct SharedMeshes {
   SharedMesh a;

@@ -125,7 +125,7 @@ class Document {
   void add_candidate() {
     const MeshView& mesh = map_.mesh;
     tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
+    primitive.mode = map_.is_cloud() ? TINYGLTF_MODE_POINTS : TINYGLTF_MODE_TRIANGLES;
     primitive.attributes["POSITION"] = positions(mesh.positions);
     primitive.attributes["COLOR_0"] = array<Colour>(
         mesh.positions.size(), TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TARGET_ARRAY_BUFFER,
@@ -134,16 +134,21 @@ class Document {
     primitive.attributes["_DISTANCE"] = array<float>(
         mesh.positions.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TARGET_ARRAY_BUFFER,
         [&](std::size_t v) { return static_cast<float>(map_.distances[v]); });
-    primitive.indices =
-        array<Triangle>(mesh.triangles.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
-                        TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, [&](std::size_t t) { return mesh.triangles[t]; });
-    model_.accessors.back().count *= 3;
+    if (!map_.is_cloud()) primitive.indices = triangles(mesh);
     tinygltf::Material material;
     material.name = "distance";
     material.pbrMetallicRoughness.metallicFactor = 0;
     material.pbrMetallicRoughness.roughnessFactor = 1;
     material.doubleSided = true;
     add_node("candidate", std::move(primitive), std::move(material)).extras = extras_of(map_);
+  }
+
+  int triangles(MeshView mesh) {
+    const int accessor =
+        array<Triangle>(mesh.triangles.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
+                        TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, [&](std::size_t t) { return mesh.triangles[t]; });
+    model_.accessors.back().count *= 3;
+    return accessor;
   }
 
   void add_witness() {

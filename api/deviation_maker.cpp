@@ -31,6 +31,22 @@ std::vector<std::uint8_t> ranks(const Deviation& deviations, const ColourScale& 
   return rank;
 }
 
+// Returns `most` points, evenly spread over the file, the farthest one among them; `distances` are reduced to theirs.
+Mesh thinned(MeshView cloud, std::size_t most, std::uint32_t farthest, std::vector<double>& distances) {
+  Mesh fewer;
+  std::vector<double> kept;
+  const std::size_t points = cloud.positions.size();
+  const std::size_t step = most > 1 ? (points + most - 2) / (most - 1) : points;  // leaves room for the farthest
+  for (std::size_t v = 0; v < points; ++v) {
+    if (v != farthest && (most == 1 || v % step != 0)) continue;
+    fewer.positions.push_back(cloud.positions[v]);
+    kept.push_back(distances[v]);
+  }
+  fewer.triangles = points_as_triangles(fewer.positions.size());
+  distances = std::move(kept);
+  return fewer;
+}
+
 ColourScale scale_of(const ResultFacts& facts, const Deviation& deviations) {
   if (facts.limit) return {*facts.limit, true};
   return {deviations.distances[deviations.farthest], false};
@@ -58,7 +74,11 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
       deviation(display ? *display : candidate, baseline, {options.threads, options.simd, upper}, control);
   if (!deviations) return not_in_time(control.check(), kWhat);
   const ColourScale scale = scale_of(facts, *deviations);
-  if (form == MapForm::decimated) {
+  const bool cloud = is_cloud(candidate.mesh());
+  if (form == MapForm::decimated && cloud) {
+    made.distances_ = std::move(deviations->distances);
+    made.shown_ = thinned(candidate.mesh(), options.max_triangles, deviations->farthest, made.distances_);
+  } else if (form == MapForm::decimated) {
     auto fewer = decimated(candidate.mesh(), {options.max_triangles, ranks(*deviations, scale)}, stopped);
     if (!fewer) return not_in_time(control.check(), kWhat);
     made.shown_ = std::move(fewer->mesh);
@@ -70,7 +90,7 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
   made.map_ = {form == MapForm::as_is ? candidate.mesh() : MeshView(made.shown_),
                form,
                candidate.mesh().positions.size(),
-               triangles,
+               cloud ? 0 : triangles,
                made.distances_,
                scale,
                unit ? std::string(to_string(*unit)) : std::string(),

@@ -19,7 +19,8 @@ struct MapOptions {
   // Splits edges longer than 1/64 of the candidate's diagonal, to at most kMostRefined triangles: viewers that show
   // vertex colours alone show nothing between vertices.
   bool refine = false;
-  std::size_t max_triangles = std::numeric_limits<std::size_t>::max();  // a candidate with more is decimated
+  // A candidate with more is decimated; of a cloud with more points, evenly many are left.
+  std::size_t max_triangles = std::numeric_limits<std::size_t>::max();
   unsigned threads = 1;
   std::string_view simd = "auto";
 

@@ -27,15 +27,18 @@ enum class MapForm {
 struct DeviationMap {
   MeshView mesh;  // the candidate in the given form; passes validate()
   MapForm form = MapForm::as_is;
-  std::size_t candidate_vertices = 0;  // counts of the candidate itself, before refining or decimating
-  std::size_t candidate_triangles = 0;
-  std::span<const double> distances;  // one per vertex, in the meshes' unit; finite and >= 0 (engine/deviation.h)
+  std::size_t candidate_vertices = 0;   // counts of the candidate itself, before refining or decimating
+  std::size_t candidate_triangles = 0;  // 0: a point cloud
+  std::span<const double> distances;    // one per vertex, in the meshes' unit; finite and >= 0 (engine/deviation.h)
   ColourScale scale;
   std::string units;  // the unit's name; empty: not known
   double lower = 0;   // the certified interval of the comparison
   double upper = 0;
   std::optional<ResultWitness> witness;
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
+
+  // Whether the mesh is written as points, without triangles.
+  bool is_cloud() const { return candidate_triangles == 0; }
 };
 
 }  // namespace meshgauge::api

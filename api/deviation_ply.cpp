@@ -62,8 +62,10 @@ void write_header(const DeviationMap& map, const std::string& coordinate, std::o
   for (const char* name : {"red", "green", "blue"}) header.line(std::string("property uchar ") + name);
   header.line("property float quality");
   header.line("property double distance");
-  header.line("element face " + std::to_string(map.mesh.triangles.size()));
-  header.line("property list uchar uint vertex_indices");
+  if (!map.is_cloud()) {
+    header.line("element face " + std::to_string(map.mesh.triangles.size()));
+    header.line("property list uchar uint vertex_indices");
+  }
   out << header.end();
 }
 
@@ -114,7 +116,7 @@ void write_deviation_ply(const DeviationMap& map, std::ostream& out) {
   } else {
     write_vertices<double>(map, out);
   }
-  write_faces(map, out);
+  if (!map.is_cloud()) write_faces(map, out);
 }
 
 }  // namespace meshgauge::api

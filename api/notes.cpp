@@ -117,6 +117,7 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
 
 std::vector<std::string> notes_of(const MeshFacts& mesh) {
   std::vector<std::string> notes;
+  if (mesh.notes.cloud) notes.push_back("a point cloud, without faces: the distance of each point is measured");
   add_contradiction(notes, "the file name", mesh.notes.filename_says, mesh.format);
   add_contradiction(notes, "the media type", mesh.notes.media_type_says, mesh.format);
   add_polygons(notes, mesh.notes.polygons);

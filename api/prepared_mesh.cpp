@@ -11,8 +11,10 @@ MeshFacts facts_of(const LoadedMesh& loaded, std::size_t file_bytes, const Inter
   facts.bytes = file_bytes;
   facts.sha256 = loaded.sha256;
   facts.vertices = loaded.mesh.positions.size();
-  facts.triangles = loaded.mesh.triangles.size();
-  facts.degenerate = count_degenerate(loaded.mesh, interrupted);
+  if (!loaded.notes.cloud) {
+    facts.triangles = loaded.mesh.triangles.size();
+    facts.degenerate = count_degenerate(loaded.mesh, interrupted);
+  }
   facts.bbox = bounding_box(loaded.mesh, interrupted);
   facts.diagonal = diagonal(facts.bbox);
   facts.notes = loaded.notes;

@@ -26,7 +26,7 @@ struct MeshFacts {
   std::size_t bytes = 0;
   std::string sha256;  // digest of the bytes as sent, 64 lower-case hex digits; empty for arrays
   std::size_t vertices = 0;
-  std::size_t triangles = 0;
+  std::size_t triangles = 0;  // 0: a point cloud
   std::size_t degenerate = 0;
   Box bbox;
   double diagonal = 0;

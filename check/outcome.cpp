@@ -112,6 +112,13 @@ Criterion foremost(const Measured& measured) {
                            [&](const Criterion& a, const Criterion& b) { return rank(a) < rank(b); });
 }
 
+std::string Measured::place_of_witness() const {
+  if (!witness) return "";
+  const Json::json_pointer triangles(witness->on_candidate ? "/meshes/a/triangles" : "/meshes/b/triangles");
+  const bool cloud = document.contains(triangles) && document.at(triangles) == 0;
+  return (cloud ? "point " : "triangle ") + std::to_string(witness->from_triangle);
+}
+
 Result<Measured> measured_from(Json document, const Limits& limits) {
   const auto facts = api::result_facts(document, api::Side::a);
   if (!facts) return facts.error();

@@ -71,6 +71,9 @@ struct Measured {
   // URL of the page that shows the comparison while the service keeps it: ASCII, safe inside a link of any report.
   // Empty: measured in this process, or by a service without pages.
   std::string link;
+
+  // "triangle 17", or "point 17" of a point cloud: where the witness lies on the mesh measured from. Empty: no witness.
+  std::string place_of_witness() const;
 };
 
 // Extracts the fields from a comparison's JSON. Errors: internal if it is not a comparison or has no valid interval.

@@ -264,7 +264,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   const auto flags = std::make_shared<Flags>();
   command
       .add_option("A", flags->a,
-                  "Mesh file: OBJ, STL, PLY, OFF, glTF, GLB or 3MF, also gzip-compressed; .zip of a glTF")
+                  "Mesh file: OBJ, STL, PLY, OFF, glTF, GLB, 3MF or XYZ, also gzip-compressed; .zip of a glTF")
       ->required();
   command.add_option("B", flags->b, "The mesh file to compare with")->required();
   command.add_option("--direction", flags->direction, api::list_of(api::kDirections))->capture_default_str();

@@ -41,8 +41,11 @@ std::string described(const api::KnownUnit& known) {
 }
 
 void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, const api::KnownUnit& unit) {
-  append(out, "%-9s %s, %zu triangles (%zu degenerate), %zu vertices, diagonal %s, unit %s\n", name,
-         std::string(api::to_string(mesh.format)).c_str(), mesh.triangles, mesh.degenerate, mesh.vertices,
+  const std::string surface = mesh.notes.cloud ? "point cloud"
+                                               : std::to_string(mesh.triangles) + " triangles (" +
+                                                     std::to_string(mesh.degenerate) + " degenerate)";
+  append(out, "%-9s %s, %s, %zu vertices, diagonal %s, unit %s\n", name,
+         std::string(api::to_string(mesh.format)).c_str(), surface.c_str(), mesh.vertices,
          shortest(mesh.diagonal).c_str(), described(unit).c_str());
   for (const std::string& note : api::notes_of(mesh)) append(out, "  %s\n", note.c_str());
 }
@@ -65,14 +68,16 @@ void add_topology(std::string& out, const char* name, const Topology& found, con
   add_edges(out, "flipped", found.flipped, unit);
 }
 
-void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed, const Unit& unit) {
+// `from`: the mesh measured from.
+void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed,
+                   const api::MeshFacts& from, const Unit& unit) {
   if (!directed) return;
-  append(out, "%-9s %s .. %s, culled %.2f %% (%zu of %zu triangles left)\n", name,
-         shortest(directed->bounds.lower).c_str(), api::with_unit(shortest(directed->bounds.upper), unit).c_str(),
-         100 * directed->culling.rate(), directed->culling.survivors, directed->culling.triangles);
+  append(out, "%-9s %s .. %s, culled %.2f %% (%zu of %zu %s left)\n", name, shortest(directed->bounds.lower).c_str(),
+         api::with_unit(shortest(directed->bounds.upper), unit).c_str(), 100 * directed->culling.rate(),
+         directed->culling.survivors, directed->culling.triangles, from.notes.cloud ? "points" : "triangles");
   if (const auto& witness = directed->bounds.witness) {
-    append(out, "  witness %s on triangle %u\n", api::with_unit(text(witness->point_a), unit).c_str(),
-           witness->triangle_a);
+    append(out, "  witness %s on %s %u\n", api::with_unit(text(witness->point_a), unit).c_str(),
+           from.notes.cloud ? "point" : "triangle", witness->triangle_a);
     append(out, "  nearest %s on triangle %u\n", api::with_unit(text(witness->point_b), unit).c_str(),
            witness->triangle_b);
   }
@@ -119,8 +124,8 @@ std::string to_table(const Comparison& comparison) {
     append(out, "verdict   %s (at most %s)\n", std::string(api::to_string(*verdict)).c_str(),
            limits_of(comparison.options, unit).c_str());
   }
-  add_direction(out, "a to b", outcome.a_to_b, unit);
-  add_direction(out, "b to a", outcome.b_to_a, unit);
+  add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);
+  add_direction(out, "b to a", outcome.b_to_a, comparison.b, unit);
   if (outcome.areas) out += to_table(*outcome.areas, unit);
   if (outcome.statistics) out += to_table(*outcome.statistics, unit);
   add_mesh(out, "mesh a", comparison.a, comparison.units.a);

@@ -57,11 +57,19 @@ Measurement::Measurement(const Prepared& a, const Prepared& b, const Options& op
 void Measurement::set_goal() {
   const Tolerance& t = options_.tolerance;
   const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
-  goal_.width = pair_.frame.length_to_frame(width);
-  goal_.relative = t.relative.value_or(0);
+  if (!measures_points()) {
+    goal_.width = pair_.frame.length_to_frame(width);
+    goal_.relative = t.relative.value_or(0);
+  }
   // Lower by what the input error takes, and by the rounding of that: the search only has to get there; conclude()
   // decides.
   if (options_.max_distance) goal_.gate = pair_.frame.length_to_frame(*options_.max_distance - 2 * pair_.error.value());
+}
+
+// One query measures all of a point: without a tolerance a cloud costs no more.
+bool Measurement::measures_points() const {
+  if (options_.direction == Direction::symmetric) return false;
+  return is_cloud(options_.direction == Direction::a_to_b ? pair_.a.given() : pair_.b.given());
 }
 
 // The interval before any work: every point of `from` is within the far corner's distance of any point of `to`.
@@ -99,7 +107,7 @@ std::optional<Stop> Measurement::search_all() {
 void Measurement::narrow() {
   const NarrowingTime time(control_, begun_);
   goal_.gate.reset();
-  goal_.relative = std::max(goal_.relative, kNarrowRelative);
+  if (!measures_points()) goal_.relative = std::max(goal_.relative, kNarrowRelative);
   std::vector<MeasuredDirection> anew;
   for (const MeasuredDirection& given : pair_.directions) anew.push_back({given.result, given.from, given.to});
   pair_.directions.swap(anew);

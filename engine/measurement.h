@@ -35,6 +35,7 @@ class Measurement final : public Monitor {
  private:
   bool is_auto() const { return options_.strategy == Strategy::automatic; }
   void set_goal();
+  bool measures_points() const;
   void open(std::optional<Directed>& directed, MeasuredMesh& from, MeasuredMesh& to);
   std::optional<Stop> search_all();
   std::optional<Stop> build_both();

@@ -83,6 +83,17 @@ Result<Done> check_triangle(MeshView mesh, std::size_t triangle, std::string_vie
 
 }  // namespace
 
+std::vector<Triangle> points_as_triangles(std::size_t count) {
+  std::vector<Triangle> points(count);
+  for (std::size_t i = 0; i < count; ++i) points[i].fill(static_cast<std::uint32_t>(i));
+  return points;
+}
+
+bool is_cloud(MeshView mesh) {
+  return std::all_of(mesh.triangles.begin(), mesh.triangles.end(),
+                     [](const Triangle& t) { return t[0] == t[1] && t[1] == t[2]; });
+}
+
 Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part, const Interrupted& interrupted) {
   const std::string quoted = "'" + std::string(part) + "'";
   if (mesh.triangles.empty()) {

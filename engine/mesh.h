@@ -1,5 +1,6 @@
 // Mesh: a triangle soup as two flat arrays. It need not be manifold, oriented or connected. A degenerate triangle is
-// the segment or the point that it spans. A vertex that no triangle uses is not part of the surface.
+// the segment or the point that it spans. A vertex that no triangle uses is not part of the surface. A point cloud is a
+// mesh whose triangles are its points: each names one vertex three times.
 #pragma once
 
 #include <array>
@@ -57,6 +58,12 @@ struct Box {
     high = high.cwiseMax(b.high);
   }
 };
+
+// Returns the triangles of a point cloud: (0,0,0), (1,1,1), ...
+std::vector<Triangle> points_as_triangles(std::size_t count);
+
+// Whether every triangle names one vertex three times. Constant time for a mesh whose first triangle does not.
+bool is_cloud(MeshView mesh);
 
 struct MeshLimits {
   std::size_t max_vertices = std::size_t{1} << 30;

@@ -9,6 +9,7 @@
 #include <new>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "api/compare.h"
 #include "api/mesh_file.h"
@@ -34,12 +35,19 @@ MeshView view_of(const meshgauge_mesh& mesh) {
 }
 
 Result<api::SharedMesh> prepared_arrays(const meshgauge_mesh& mesh, const std::string& part, Control& control) {
-  const MeshView view = view_of(mesh);
+  MeshView view = view_of(mesh);
+  api::ReadNotes notes;
+  notes.cloud = view.triangles.empty() && !view.positions.empty();
+  std::shared_ptr<const std::vector<Triangle>> points;
+  if (notes.cloud) {
+    points = std::make_shared<const std::vector<Triangle>>(points_as_triangles(view.positions.size()));
+    view.triangles = *points;
+  }
   const auto interrupted = [&control] { return control.check() != Interruption::none; };
   if (auto ok = validate(view, MeshLimits{}, part, interrupted); !ok) return ok.error();
   const std::size_t bytes = view.positions.size_bytes() + view.triangles.size_bytes();
-  auto prepared = std::make_shared<const api::PreparedMesh>(api::LoadedMesh{view, api::Format::arrays, {}, "", nullptr},
-                                                            bytes, Prepared::Use::once, interrupted);
+  auto prepared = std::make_shared<const api::PreparedMesh>(
+      api::LoadedMesh{view, api::Format::arrays, notes, "", points}, bytes, Prepared::Use::once, interrupted);
   if (auto ok = api::in_time(control, "'" + part + "' was read"); !ok) return ok.error();
   return prepared;
 }

@@ -12,8 +12,9 @@
 extern "C" {
 #endif
 
-// One mesh: a file (`path`), the content of a file (`bytes`), or arrays (`positions` and `triangles`). The fields of
-// the other two forms are null or 0. Everything is borrowed until the job has ended, and must not change before.
+// One mesh: a file (`path`), the content of a file (`bytes`), or arrays (`positions` and `triangles`; a point cloud has
+// no triangles). The fields of the other two forms are null or 0. Everything is borrowed until the job has ended, and
+// must not change before.
 typedef struct {
   const char* path;
   const void* bytes;

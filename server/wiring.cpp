@@ -61,7 +61,8 @@ Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& 
         *source.kept, [&](Control& control) { return load(Prepared::Use::often, control); }, job);
     if (!mesh || memory.taken_meshes() > before) return mesh;
     // One that was cached: it may leave the cache while it is in use.
-    if (const auto ok = memory.take_mesh((*mesh)->facts.vertices, (*mesh)->facts.triangles); !ok) return ok.error();
+    const MeshView arrays = (*mesh)->mesh.mesh();
+    if (const auto ok = memory.take_mesh(arrays.positions.size(), arrays.triangles.size()); !ok) return ok.error();
     return mesh;
   };
 }

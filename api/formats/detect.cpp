@@ -52,9 +52,9 @@ struct Name {
   std::string_view name;  // a file name extension, or a media type
   Format format;
 };
-constexpr Name kExtensions[] = {{"obj", Format::obj},     {"stl", Format::stl},   {"ply", Format::ply},
-                                {"off", Format::off},     {"gltf", Format::gltf}, {"glb", Format::glb},
-                                {"3mf", Format::three_mf}};
+constexpr Name kExtensions[] = {{"obj", Format::obj},      {"stl", Format::stl},   {"ply", Format::ply},
+                                {"off", Format::off},      {"gltf", Format::gltf}, {"glb", Format::glb},
+                                {"3mf", Format::three_mf}, {"xyz", Format::xyz}};
 constexpr Name kMediaTypes[] = {{"model/obj", Format::obj},
                                 {"text/prs.wavefront-obj", Format::obj},
                                 {"model/stl", Format::stl},
@@ -157,7 +157,9 @@ bool is_iges(std::string_view start) {
   return start.size() > 80 && start.substr(72, 8) == "S      1" && is_newline(start[80]);
 }
 
-bool is_text_format(Format format) { return format == Format::obj || format == Format::off || format == Format::gltf; }
+bool is_text_format(Format format) {
+  return format == Format::obj || format == Format::off || format == Format::gltf || format == Format::xyz;
+}
 
 std::optional<std::string> foreign_kind(std::span<const std::byte> bytes) {
   if (bytes.empty()) return "is an empty file";

@@ -13,6 +13,7 @@
 #include "api/formats/source.h"
 #include "api/formats/stl.h"
 #include "api/formats/three_mf.h"
+#include "api/formats/xyz.h"
 
 namespace meshgauge::api {
 namespace {
@@ -29,6 +30,8 @@ Result<ReadMesh> read_as(Format format, const Source& source) {
       return read_off(source);
     case Format::three_mf:
       return read_3mf(source);
+    case Format::xyz:
+      return read_xyz(source);
     case Format::gltf:
     case Format::glb:
     case Format::arrays:  // never detected
@@ -48,7 +51,7 @@ Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints
   const auto format = detect_format(bytes, hints);
   if (!format) {
     return about(hints.part, ErrorCode::unsupported_format,
-                 "has an unknown format; supported are OBJ, STL, PLY, OFF, glTF, GLB and 3MF");
+                 "has an unknown format; supported are OBJ, STL, PLY, OFF, glTF, GLB, 3MF and XYZ");
   }
   auto read = read_as(*format, Source{bytes, hints.part, limits});
   if (!read) return read;
@@ -74,7 +77,7 @@ Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hi
 }  // namespace
 
 std::string_view to_string(Format format) {
-  constexpr std::string_view kNames[] = {"obj", "stl", "ply", "off", "gltf", "glb", "3mf", "arrays"};
+  constexpr std::string_view kNames[] = {"obj", "stl", "ply", "off", "gltf", "glb", "3mf", "xyz", "arrays"};
   return kNames[static_cast<std::size_t>(format)];
 }
 

@@ -6,6 +6,7 @@
 //   * NaN, infinity, trailing characters in a number and an index out of range are refused, with line or byte;
 //   * faces of more than three corners are split into triangles (api/formats/polygons.h);
 //   * degenerate triangles are kept;
+//   * a file of points alone is read as a point cloud;
 //   * nothing outside the bytes is opened.
 #pragma once
 
@@ -31,10 +32,11 @@ enum class Format {
   gltf,
   glb,
   three_mf,
+  xyz,
   arrays,  // no file: arrays in memory
 };
 
-std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb", "3mf", "arrays"
+std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb", "3mf", "xyz", "arrays"
 
 struct ReadLimits {
   std::size_t max_vertices = 200'000'000;
@@ -55,7 +57,8 @@ struct PolygonNotes {
 
 // What a reader changed or left out; the result reports all of it.
 struct ReadNotes {
-  bool gzip = false;  // the file was gzip-compressed
+  bool gzip = false;   // the file was gzip-compressed
+  bool cloud = false;  // points without faces: the mesh's triangles are its points (engine/mesh.h)
   PolygonNotes polygons;
   std::size_t skipped_primitives = 0;  // points, lines, joins of strips: without a surface
   std::size_t welded_vertices = 0;     // merged with a vertex of the same position; only by read_part()

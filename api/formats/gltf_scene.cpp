@@ -25,6 +25,9 @@ class Scene {
         in_scene_(file.model.meshes.size(), false) {}
 
   Result<ReadMesh> read();
+  Result<ReadMesh> read_cloud();  // the primitives of points alone
+  // Whether read() has found points, but no triangles.
+  bool found_cloud() const { return found_cloud_; }
 
  private:
   struct Visit {
@@ -38,8 +41,9 @@ class Scene {
     std::optional<std::size_t> skin;     // if set, it places the mesh instead of to_world
     const std::vector<double>& weights;  // weights of the morph targets
   };
-  // Counts for the remarks.
+  // Counts for the remarks, and of primitives of points.
   struct Counts {
+    std::size_t points = 0;
     std::size_t instances = 0;
     std::size_t hidden = 0;         // hidden nodes with a mesh
     std::set<std::size_t> skinned;  // indices of meshes
@@ -59,6 +63,7 @@ class Scene {
   Result<std::vector<std::uint32_t>> corners(const GltfFaces& faces, const std::string& where,
                                              std::size_t vertices) const;
   Result<Done> surface(std::size_t mesh, std::size_t index, const Placing& placing, const std::string& where);
+  Result<Done> points(const std::vector<std::uint32_t>& corners, std::uint32_t first, const std::string& where);
   Result<Done> triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
                          const std::string& where);
   void add_remarks();
@@ -71,6 +76,7 @@ class Scene {
   std::map<std::pair<std::size_t, std::size_t>, GltfDracoMesh> draco_;  // key: mesh, primitive
   std::map<std::size_t, std::uint32_t> placed_;  // current mesh: accessor of positions -> first vertex
   Counts counts_;
+  bool found_cloud_ = false;
   ReadMesh out_;
 };
 
@@ -126,14 +132,27 @@ Result<ReadMesh> Scene::read() {
     stack_.pop_back();
     if (auto ok = visit(next); !ok) return std::move(ok).error();
   }
-  if (counts_.hidden != 0 && out_.mesh.triangles.empty()) {
+  if (counts_.hidden != 0 && counts_.points == 0 && out_.mesh.triangles.empty()) {
     return about(file_.source.part, ErrorCode::empty_mesh,
                  "has no triangles that are shown: KHR_node_visibility hides " + std::to_string(counts_.hidden) +
                      " nodes with meshes; save the model with them visible");
   }
+  found_cloud_ = out_.mesh.triangles.empty() && counts_.points != 0;
   add_remarks();
   out_.notes.unused_objects = static_cast<std::size_t>(std::ranges::count(in_scene_, false));
   return std::move(out_);
+}
+
+// Indices may name a vertex more than once, or not at all: the result has one for each point.
+Result<ReadMesh> Scene::read_cloud() {
+  out_.notes.cloud = true;
+  auto cloud = read();
+  if (!cloud) return cloud;
+  std::vector<Vec3> points;
+  reserve_room(points, cloud->mesh.triangles.size());
+  for (const Triangle& point : cloud->mesh.triangles) points.push_back(cloud->mesh.positions[point[0]]);
+  cloud->mesh = {std::move(points), points_as_triangles(cloud->mesh.triangles.size())};
+  return cloud;
 }
 
 Result<Done> Scene::visit(const Visit& visit) {
@@ -205,7 +224,9 @@ Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing
   const std::size_t steps_before = file_.budget.steps();
   const std::size_t triangles_before = out_.mesh.triangles.size();
   if (auto ok = file_.budget.work(kSteps, where); !ok) return ok;
-  if (primitive.mode >= TINYGLTF_MODE_POINTS && primitive.mode < TINYGLTF_MODE_TRIANGLES) {
+  const bool cloud = out_.notes.cloud && primitive.mode == TINYGLTF_MODE_POINTS;
+  if (primitive.mode >= TINYGLTF_MODE_POINTS && primitive.mode < TINYGLTF_MODE_TRIANGLES && !cloud) {
+    if (primitive.mode == TINYGLTF_MODE_POINTS) ++counts_.points;
     ++out_.notes.skipped_primitives;
     return Done{};
   }
@@ -229,6 +250,9 @@ Result<Done> Scene::surface(std::size_t mesh, std::size_t index, const Placing& 
     const auto used = corners(faces, where, file_.model.accessors[accessor].count);
     if (!used) return used.error();
     return triangles(primitive.mode, *used, *first, where);
+  }
+  if (primitive.mode == TINYGLTF_MODE_POINTS) {
+    return file_.fail(where, "points compressed by Draco, which the extension does not allow; save them without it");
   }
   if (primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN) {
     return file_.fail(
@@ -312,6 +336,7 @@ Result<std::vector<std::uint32_t>> Scene::corners(const GltfFaces& faces, const 
 
 Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
                               const std::string& where) {
+  if (mode == TINYGLTF_MODE_POINTS) return points(corners, first, where);
   const bool separate = mode == TINYGLTF_MODE_TRIANGLES;
   if (separate && corners.size() % 3 != 0) {
     return file_.fail(where, std::to_string(corners.size()) + " corners are not a multiple of three");
@@ -337,6 +362,18 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
   return Done{};
 }
 
+Result<Done> Scene::points(const std::vector<std::uint32_t>& corners, std::uint32_t first, const std::string& where) {
+  const std::size_t limit = file_.source.limits.max_triangles;
+  if (corners.size() > limit - out_.mesh.triangles.size()) return too_many(file_.source, "points", limit);
+  if (auto ok = file_.budget.work(corners.size(), where); !ok) return ok;
+  reserve_more(out_.mesh.triangles, corners.size());
+  for (const std::uint32_t corner : corners) {
+    const std::uint32_t point = first + corner;
+    out_.mesh.triangles.push_back({point, point, point});
+  }
+  return Done{};
+}
+
 void Scene::add_remarks() {
   const auto add = [this](const char* what, std::size_t count) {
     if (count != 0) out_.notes.remarks.push_back(what + (": " + std::to_string(count)));
@@ -351,6 +388,11 @@ void Scene::add_remarks() {
 
 }  // namespace
 
-Result<ReadMesh> read_gltf_scene(const GltfFile& file) { return Scene(file).read(); }
+// Points are read only if there are no triangles, beside which they are left out unread.
+Result<ReadMesh> read_gltf_scene(const GltfFile& file) {
+  Scene scene(file);
+  auto read = scene.read();
+  return read && scene.found_cloud() ? Scene(file).read_cloud() : std::move(read);
+}
 
 }  // namespace meshgauge::api

@@ -1,4 +1,5 @@
-// Reads Wavefront OBJ: v and f statements. l and p are counted as skipped; other statements are ignored.
+// Reads Wavefront OBJ: v and f statements. l and p are counted as skipped; other statements are ignored. A file of v
+// without faces, lines, points, curves and surfaces is a point cloud.
 #pragma once
 
 #include "api/formats/source.h"

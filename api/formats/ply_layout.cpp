@@ -60,8 +60,8 @@ Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
   if (!strips) return strips.error();
   layout.face_corners = *faces;
   layout.strip_corners = *strips;
-  if (*faces != nullptr || *strips != nullptr) return layout;
-  return header_error(source, ErrorCode::empty_mesh, "neither an element 'face' nor 'tristrips', so no triangles");
+  layout.has_edges = find_element(header, "edge") != nullptr;
+  return layout;
 }
 
 }  // namespace meshgauge::api

@@ -10,9 +10,10 @@ struct PlyLayout {
   const PlyElement* vertex = nullptr;          // has scalars x, y and z
   const PlyProperty* face_corners = nullptr;   // list of integers in the element "face"; nullptr: no faces
   const PlyProperty* strip_corners = nullptr;  // list of integers in the element "tristrips"; nullptr: no strips
+  bool has_edges = false;                      // an element "edge"
 };
 
-// Returns the layout. Error: no element "vertex" with coordinates, or neither faces nor strips.
+// Returns the layout. Error: no element "vertex" with coordinates.
 Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header);
 
 }  // namespace meshgauge::api

@@ -56,4 +56,12 @@ std::size_t vertex_limit(const Source& source) {
   return std::min<std::size_t>(source.limits.max_vertices, std::numeric_limits<std::uint32_t>::max());
 }
 
+Result<Done> make_cloud(const Source& source, ReadMesh& read) {
+  const std::size_t points = read.mesh.positions.size();
+  if (points > source.limits.max_triangles) return too_many(source, "points", source.limits.max_triangles);
+  read.mesh.triangles = points_as_triangles(points);
+  read.notes.cloud = points > 0;
+  return Done{};
+}
+
 }  // namespace meshgauge::api

@@ -59,6 +59,7 @@ std::string extent(const Json& mesh) {
 
 std::string triangles(const Json& mesh) {
   const std::string all = count(at(mesh, "/triangles")), degenerate = count(at(mesh, "/degenerate"));
+  if (all == "0") return "none, a point cloud";
   return all.empty() || degenerate.empty() || degenerate == "0" ? all : all + " (" + degenerate + " degenerate)";
 }
 

@@ -47,8 +47,8 @@ std::string witness_list(const GateOutcome& outcome) {
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   std::string out = "<dl class=\"witness\"><div><dt>Witness, on the " + from + "</dt><dd><code>" +
-                    with_unit(place(witness->from), outcome.unit()) + "</code> <span class=\"muted\">triangle " +
-                    std::to_string(witness->from_triangle) + "</span></dd></div>";
+                    with_unit(place(witness->from), outcome.unit()) + "</code> <span class=\"muted\">" +
+                    outcome.measured->place_of_witness() + "</span></dd></div>";
   out += "<div><dt>Nearest to it, on the " + to + "</dt><dd><code>" + with_unit(place(witness->to), outcome.unit()) +
          "</code> <span class=\"muted\">triangle " + std::to_string(witness->to_triangle) + "</span></dd></div></dl>\n";
   return out;

@@ -195,8 +195,8 @@ std::string witness_of(const GateOutcome& outcome) {
   const Witness& witness = *outcome.measured->witness;
   const std::string from = witness.on_candidate ? "candidate" : "baseline";
   const std::string to = witness.on_candidate ? "baseline" : "candidate";
-  return with_unit(point(witness.from), outcome.unit()) + " on triangle " + std::to_string(witness.from_triangle) +
-         " of the " + from + "; nearest is " + with_unit(point(witness.to), outcome.unit()) + " on triangle " +
+  return with_unit(point(witness.from), outcome.unit()) + " on " + outcome.measured->place_of_witness() + " of the " +
+         from + "; nearest is " + with_unit(point(witness.to), outcome.unit()) + " on triangle " +
          std::to_string(witness.to_triangle) + " of the " + to;
 }
 

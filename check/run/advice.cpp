@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "api/compare.h"
 #include "api/formats/detect.h"
 #include "api/request.h"
 #include "api/with_unit.h"
@@ -30,10 +31,10 @@ std::string for_fail(const GateOutcome& outcome) {
   if (!witness) return "";
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
-  return "Look at " + with_unit(text(witness->from), unit) + " on triangle " + std::to_string(witness->from_triangle) +
-         " of the " + from + ": it is " + with_unit(shortest(measured.lower), unit) + " or more from the " + to +
-         ", nearest to " + with_unit(text(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) +
-         "." + (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
+  return "Look at " + with_unit(text(witness->from), unit) + " on " + measured.place_of_witness() + " of the " + from +
+         ": it is " + with_unit(shortest(measured.lower), unit) + " or more from the " + to + ", nearest to " +
+         with_unit(text(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) + "." +
+         (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
 // Returns the limits that the interval decides; empty: none.
@@ -90,6 +91,10 @@ std::string repair(const Gate& gate, const Error& error) {
     case ErrorCode::index_out_of_range:
       return "Write '" + file + "' again: it is damaged, or its writer does not follow the format.";
     case ErrorCode::empty_mesh:
+      if (says(api::kAskFor)) {
+        return std::string("In a manifest: 'direction: ") +
+               (error.part == "b" ? "baseline_to_candidate" : "candidate_to_baseline") + "'.";
+      }
       return "Check the step that writes '" + file + "'.";
     case ErrorCode::coordinate_too_large:
       return "Write '" + file + "' in a larger unit.";

@@ -31,10 +31,11 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             max_share_beyond: Optional[Mapping[str, Any]] = None) -> Result:
     """Measures how far two meshes are apart, in this process.
 
-    A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF; also gzip-compressed), the content of such a file as bytes, a
+    A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF, XYZ; also gzip-compressed), the content of such a file as bytes, a
     pair (vertices, faces) of arrays of the shapes (n, 3) and (m, 3), or an object with vertices and faces (trimesh,
     Open3D), points and faces (PyVista) or points and cells (meshio). Arrays of float64, and of uint32 or int32, that
-    are contiguous are read without a copy; do not change them before this returns.
+    are contiguous are read without a copy; do not change them before this returns. Without faces it is a point cloud,
+    from which alone distances are measured: direction="a_to_b".
 
     Args:
         max_distance: the limit, as a number in the unit of the result or as text, "0.05 mm". With it, the work ends

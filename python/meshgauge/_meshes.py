@@ -11,7 +11,8 @@ from meshgauge.errors import InputError
 
 
 class Arrays:
-    """A mesh in arrays of numpy: C-contiguous float64 (n, 3) and uint32 (m, 3). Copies only what has another layout."""
+    """A mesh in arrays of numpy: C-contiguous float64 (n, 3) and uint32 (m, 3). Copies only what has another layout. No
+    triangles: a point cloud."""
 
     def __init__(self, vertices: Any, triangles: Any, part: str) -> None:
         self.vertices = _vertices(vertices, part)
@@ -85,6 +86,8 @@ def source_of(mesh: Any, part: str) -> Source:
         return Content(bytes(mesh))
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         return Arrays(mesh[0], mesh[1], part)
+    if type(mesh).__name__ == "ndarray":
+        return Arrays(mesh, None, part)
     return _of_object(mesh, part)
 
 
@@ -105,11 +108,16 @@ def _of_object(mesh: Any, part: str) -> Source:
     if hasattr(mesh, "points") and hasattr(mesh, "faces"):  # PyVista
         if getattr(mesh, "n_strips", 0):
             raise InputError(f"'{part}' has strips of triangles: call its triangulate()")
+        if getattr(mesh, "n_lines", 0) and not len(mesh.faces):
+            raise InputError(f"'{part}' has lines alone, and no triangles", "empty-mesh")
         return _of_packed(mesh.points, mesh.faces, part)
     if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):  # meshio
         return _of_packed(mesh.points, _faces_of_cells(mesh.cells, part), part)
+    for name in ("vertices", "points"):  # trimesh; Open3D
+        if type(mesh).__name__ == "PointCloud" and hasattr(mesh, name):
+            return Arrays(getattr(mesh, name), None, part)
     raise InputError(
-        f"'{part}' must be a path, bytes, (vertices, faces) or an object with vertices and faces or with points and "
+        f"'{part}' must be a path, bytes, points, (vertices, faces) or an object with vertices and faces or with points and "
         f"faces or cells, not {type(mesh).__module__}.{type(mesh).__qualname__}")
 
 
@@ -117,13 +125,16 @@ def _of_packed(points: Any, faces: Any, part: str) -> Source:
     """Arrays if all faces are triangles, which need not be split."""
     numpy = _numpy()
     packed = numpy.asarray(faces)
-    if packed.ndim == 1 and packed.size and packed.size % 4 == 0 and (packed[::4] == 3).all():
+    if packed.size == 0:
+        return Arrays(points, None, part)
+    if packed.ndim == 1 and packed.size % 4 == 0 and (packed[::4] == 3).all():
         return Arrays(points, packed.reshape(-1, 4)[:, 1:], part)
     return Packed(points, packed, part)
 
 
 def _faces_of_cells(cells: list[Any], part: str) -> Any:
-    """meshio's blocks of triangles, quads and polygons as one packed array. Lines and vertices have no surface."""
+    """meshio's blocks of triangles, quads and polygons as one packed array; empty for vertices alone. Lines and vertices
+    have no surface."""
     numpy = _numpy()
     blocks = []
     for cell in cells:
@@ -137,9 +148,9 @@ def _faces_of_cells(cells: list[Any], part: str) -> Any:
             raise InputError(f"the cells of '{part}' must be integers of the shape (m, n)")
         counts = numpy.full((len(corners), 1), corners.shape[1], corners.dtype)
         blocks.append(numpy.hstack((counts, corners)).reshape(-1))
-    if not blocks:
-        raise InputError(f"'{part}' has no triangles", "empty-mesh")
-    return numpy.concatenate(blocks)
+    if not blocks and any(cell.type == "line" for cell in cells):
+        raise InputError(f"'{part}' has lines alone, and no triangles", "empty-mesh")
+    return numpy.concatenate(blocks) if blocks else ()
 
 
 def _numpy() -> Any:
@@ -188,11 +199,11 @@ def _vertices(values: Any, part: str) -> Any:
 
 
 def _triangles(values: Any, vertices: int, part: str) -> Any:
-    """uint32 indices. Those of another type are checked before they lose their sign or their upper half."""
+    """uint32 indices; none for None. Those of another type are checked before they lose their sign or their upper half."""
     numpy = _numpy()
-    array = _as_array(values, f"faces of '{part}'")
+    array = _as_array(() if values is None else values, f"faces of '{part}'")
     if array.size == 0:
-        raise InputError(f"'{part}' has no triangles", "empty-mesh")
+        return numpy.empty((0, 3), numpy.uint32)
     array = _checked(array, f"faces of '{part}'", "iu", "integers")
     _check_indices(array, vertices, part)
     if array.dtype == numpy.int32:

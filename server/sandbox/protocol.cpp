@@ -82,7 +82,7 @@ class Reader {
 
 std::string_view end_of(std::string_view hint) { return hint.substr(hint.size() - std::min(hint.size(), kMostHint)); }
 
-bool is_format(std::uint64_t number) { return number <= static_cast<std::uint64_t>(api::Format::three_mf); }
+bool is_format(std::uint64_t number) { return number <= static_cast<std::uint64_t>(api::Format::xyz); }
 bool is_unit(std::uint64_t number) { return number < std::size(api::kLengthUnits); }
 
 // Whether a reader may return this code. A worker stores nothing, so storage errors are excluded.
@@ -115,6 +115,7 @@ void put(Writer& writer, const api::ReadNotes& notes) {
   static_assert(sizeof notes == 128, "a new note must be sent, and taken in take_notes()");
   const api::PolygonNotes& polygons = notes.polygons;
   writer.number(notes.gzip ? 1 : 0)
+      .number(notes.cloud ? 1 : 0)
       .number(polygons.count)
       .number(polygons.concave)
       .number(polygons.non_planar)
@@ -144,6 +145,7 @@ bool take_remarks(Reader& reader, std::vector<std::string>& remarks) {
 
 bool take_notes(Reader& reader, api::ReadNotes& notes) {
   notes.gzip = reader.number(1) == 1;
+  notes.cloud = reader.number(1) == 1;
   api::PolygonNotes& polygons = notes.polygons;
   polygons.count = reader.number();
   polygons.concave = reader.number();

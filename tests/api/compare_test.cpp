@@ -205,3 +205,43 @@ TEST_CASE("compare: a mesh for Use::often caches its last conversion, one for Us
   CHECK(other->mesh().positions[2] == Vec3(0.001, 0.001, 0));
   CHECK(often->mesh.mesh().positions[2] == Vec3(1, 1, 0));
 }
+
+TEST_CASE("compare: a point cloud is measured from, and not to") {
+  const std::string cloud = "v 0 0 0.25\nv 1 0 0.5\nv 0.5 0.5 0\n";
+  Control control;
+  Options options;
+  options.direction = Direction::a_to_b;
+  const auto result = compared(cloud, kSquare, control, options);
+  REQUIRE(result.ok());
+  CHECK(result->a.notes.cloud);
+  CHECK(result->a.triangles == 0);
+  CHECK(result->a.degenerate == 0);
+  CHECK(result->a.vertices == 3);
+  CHECK(result->outcome.lower <= 0.5);
+  CHECK(result->outcome.upper >= 0.5);
+  CHECK(result->outcome.upper - result->outcome.lower < 1e-12);
+
+  const auto refusal = [&](std::string_view a, std::string_view b, Direction direction) {
+    options.direction = direction;
+    const auto refused = compared(a, b, control, options);
+    REQUIRE(!refused.ok());
+    CHECK(refused.error().code == ErrorCode::empty_mesh);
+    return refused.error();
+  };
+  for (const Direction direction : {Direction::symmetric, Direction::b_to_a}) {
+    const Error error = refusal(cloud, kSquare, direction);
+    CHECK(error.part == "a");
+    CHECK(
+        error.message ==
+        "'a' has no triangles: it is a point cloud of 3 points, and distances are measured from it, not to it; ask for "
+        "the direction a_to_b");
+  }
+  for (const Direction direction : {Direction::symmetric, Direction::a_to_b}) {
+    const Error error = refusal(kSquare, cloud, direction);
+    CHECK(error.part == "b");
+    CHECK(error.message.ends_with("ask for the direction b_to_a"));
+    CHECK(refusal(cloud, cloud, direction).message.ends_with("one of both needs triangles"));
+  }
+  options.direction = Direction::b_to_a;
+  CHECK(compared(kSquare, cloud, control, options).ok());
+}

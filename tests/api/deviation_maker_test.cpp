@@ -166,3 +166,27 @@ TEST_CASE("deviation maker: no distance exceeds the certified bound, and an inte
   control.cancel();
   CHECK(api::make_deviation(bumpy, plain, known, {}, control).error().code == ErrorCode::out_of_time);
 }
+
+TEST_CASE("deviation maker: a cloud stays points, and is thinned with its farthest point") {
+  Mesh points;
+  for (int i = 0; i < 1000; ++i) points.positions.emplace_back(0.001 * i, 0, i == 777 ? 2.5 : 2);
+  points.triangles = points_as_triangles(1000);
+  const Mesh plain = shapes::sphere(20);
+  const Prepared cloud(points), baseline(plain);
+  Control control;
+  for (const std::size_t most : {1U, 2U, 3U, 999U, 1000U, 5000U}) {
+    api::MapOptions options;
+    options.refine = true;
+    options.max_triangles = most;
+    const auto made = api::make_deviation(cloud, baseline, {}, options, control);
+    REQUIRE(made.ok());
+    const api::DeviationMap& map = made->map();
+    CHECK(map.is_cloud());
+    CHECK(map.form == (most < 1000 ? MapForm::decimated : MapForm::as_is));
+    CHECK(map.mesh.positions.size() <= most);
+    CHECK(map.mesh.positions.size() >= std::min<std::size_t>(most, 1000) / 2);
+    CHECK(map.distances.size() == map.mesh.positions.size());
+    CHECK(validate(map.mesh, {}, "a").ok());
+    CHECK(*std::max_element(map.distances.begin(), map.distances.end()) > 1.5);
+  }
+}

@@ -87,3 +87,12 @@ TEST_CASE("a unit cannot end its line") {
   CHECK(says(file, "comment unit mm element vertex 1000000000  "));
   CHECK(api::test::read_back(file).positions == made.mesh.positions);
 }
+
+TEST_CASE("deviation PLY: a cloud is written without faces, and read as one") {
+  api::test::MadeMap made({{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}, points_as_triangles(3)});
+  made.map.candidate_triangles = 0;
+  std::ostringstream out;
+  api::write_deviation_ply(made.map, out);
+  CHECK(out.str().find("element face") == std::string::npos);
+  CHECK(api::test::read_back(out.str()).triangles == points_as_triangles(3));
+}

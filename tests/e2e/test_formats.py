@@ -3,6 +3,7 @@
 import contextlib
 import glob
 import io
+import json
 import os
 import pathlib
 import re
@@ -11,6 +12,7 @@ import unittest
 import zipfile
 
 from harness import ROOT, SQUARE, ServerCase, post_head
+from maps import Glb
 
 CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", ROOT.parent / "shared" / "corpus"))
 SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
@@ -70,6 +72,65 @@ class Notes(FormatCase):
         a = self.compare((mesh, "a.obj"), (SQUARE, "b.obj")).json()["meshes"]["a"]
         self.assertEqual((a["polygons"]["count"], a["skipped_primitives"], a["degenerate"], a["welded_vertices"]), (1, 3, 1, 0))
         self.assertEqual(len(a["notes"]), 3)
+
+
+CLOUD = b"# scan\n0.5 0.5 0.25 0 0 1\n0 0 0.5\n1 1 0\n"
+
+
+class Clouds(FormatCase):
+    """A point cloud over HTTP: by a form, stored, in a batch, with a map, and refused where it is measured to."""
+
+    def test_measured_from_it(self):
+        for content, name in ((CLOUD, "a.xyz"), (b"v 0.5 0.5 0.25\nv 0 0 0.5\nv 1 1 0\n", "a.obj"),
+                              (b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                               b"end_header\n.5 .5 .25\n0 0 .5\n1 1 0\n", "a.ply")):
+            answer = self.compare((content, name), (SQUARE, "b.obj"), b'{"direction": "a_to_b", "statistics": true}')
+            self.assertEqual(answer.status, 200, answer.body)
+            result, mesh = answer.json(), answer.json()["meshes"]["a"]
+            self.assertEqual((mesh["triangles"], mesh["vertices"], mesh["degenerate"]), (0, 3, 0))
+            self.assertLessEqual(result["distance"]["lower"], 0.5)
+            self.assertGreaterEqual(result["distance"]["upper"], 0.5)
+            self.assertLess(result["distance"]["upper"] - result["distance"]["lower"], 1e-12)
+            self.assertEqual((result["a_to_b"]["culling"]["triangles"], result["a_to_b"]["witness"]["triangle_a"]), (3, 1))
+            self.assertEqual(result["statistics"]["a_to_b"]["weight"], "points")
+            self.assertIn("point cloud", mesh["notes"][0])
+
+    def test_not_to_it(self):
+        for a, b, options, part in (((CLOUD, "a.xyz"), (SQUARE, "b.obj"), b"{}", "a"),
+                                    ((CLOUD, "a.xyz"), (SQUARE, "b.obj"), b'{"direction": "symmetric"}', "a"),
+                                    ((CLOUD, "a.xyz"), (SQUARE, "b.obj"), b'{"direction": "b_to_a"}', "a"),
+                                    ((SQUARE, "a.obj"), (CLOUD, "b.xyz"), b'{"direction": "a_to_b"}', "b"),
+                                    ((CLOUD, "a.xyz"), (CLOUD, "b.xyz"), b'{"direction": "a_to_b"}', "b")):
+            problem = self.refused(self.compare(a, b, options), 422, "empty-mesh")
+            self.assertEqual([error["part"] for error in problem["errors"]], [part])
+            self.assertIn("is a point cloud of 3 points", problem["detail"])
+
+    def test_stored_with_its_maps(self):
+        name = 'Content-Disposition: attachment; filename="scan.xyz"\r\n'
+        answer = self.server.send("POST", "/v1/meshes", CLOUD, name)
+        self.assertEqual(answer.status, 201, answer.body)
+        pair = {"a": answer.json()["id"], "b": self.server.send("POST", "/v1/meshes", SQUARE).json()["id"],
+                "options": {"direction": "a_to_b"}}
+        for _ in range(2):  # the second time from memory
+            answer = self.server.send("POST", "/v1/comparisons", json.dumps(pair).encode(), "Content-Type: application/json\r\n")
+            self.assertEqual((answer.status, answer.json()["meshes"]["a"]["triangles"]), (200, 0), answer.body)
+        path = "/v1/comparisons/" + answer.json()["id"]
+        ply = self.server.get(path + "/deviation.ply").body
+        self.assertIn(b"element vertex 3\n", ply)
+        self.assertNotIn(b"element face", ply)
+        glb = Glb(self.server.get(path + "/deviation.glb?max_triangles=2").body)
+        self.assertEqual((glb.primitive["mode"], glb.accessor("POSITION")["count"]), (0, 1 + 1))
+        self.assertEqual((glb.extras["candidate_triangles"], glb.extras["candidate_vertices"]), (0, 3))
+        self.assertEqual(self.server.get(path + "/deviation.glb?of=b").status, 200)
+
+    def test_hostile_files(self):
+        for content, status, slug, where in ((b"0 0\n", 422, "unreadable-mesh", "line 1"), (b"0 0 nan\n", 422, "non-finite-vertex", "line 1"),
+                                             (b"1 2 3\n1 2 1e999\n", 422, "non-finite-vertex", "line 2"), (b"#\n", 422, "empty-mesh", ""),
+                                             (b"\0\1\2\3", 415, "unsupported-format", ""), (b"0 0 1e308", 422, "coordinate-too-large", "vertex 0"),
+                                             (b"1;2;3\n", 422, "unreadable-mesh", "line 1")):
+            answer = self.compare((content, "a.xyz"), (SQUARE, "b.obj"), b'{"direction": "a_to_b"}')
+            problem = self.refused(answer, status, slug)
+            self.assertEqual([(error["part"], error["where"]) for error in problem["errors"]], [("a", where)], content)
 
 
 def table(path):

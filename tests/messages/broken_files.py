@@ -44,6 +44,21 @@ def obj_files():
     ]
 
 
+# --- XYZ --------------------------------------------------------------------------------------------------------------
+
+
+def xyz_files():
+    return [
+        ("a point of two coordinates", b"0 0 0\n1 2\n"),
+        ("a comma between coordinates", b"0,0,0\n"),
+        ("a coordinate that is NaN", b"0 nan 0\n"),
+        ("a coordinate too large for a double", b"0 0 1e999\n"),
+        ("binary data", b"0 0 0\n" + bytes(8)),
+        ("no point", b"# nothing\n"),
+        ("points, in the default direction", b"0 0 0\n1 2 3\n"),
+    ]
+
+
 # --- STL --------------------------------------------------------------------------------------------------------------
 
 STL = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n"
@@ -336,4 +351,5 @@ def all_files():
         ("glTF", named("gltf", gltf_files())),
         ("GLB", named("glb", glb_files())),
         ("3MF", named("3mf", three_mf_files())),
+        ("XYZ", named("xyz", xyz_files())),
     ]

@@ -50,7 +50,7 @@ class Refused(unittest.TestCase):
         "faces flat": (VERTICES, FACES.ravel(), r"shape"),
         "no faces": (VERTICES, FACES[:0], r"'a' has no triangles"),
         "nothing": ([], [], r"shape"),
-        "faces None": (VERTICES, None, r"shape"),
+        "faces None": (VERTICES, None, r"'a' has no triangles: it is a point cloud of 16 points"),
     }
 
     def test_each_is_a_value_error_with_the_defect(self):
@@ -80,6 +80,54 @@ class Refused(unittest.TestCase):
         for thing in (None, 5, object(), (), (VERTICES,), (VERTICES, FACES, FACES), {"vertices": VERTICES}):
             with self.subTest(repr(thing)[:30]), self.assertRaisesRegex(ValueError, "'a' must be a path"):
                 meshgauge.compare(thing, GOOD)
+
+
+class Clouds(unittest.TestCase):
+    class PointCloud:
+        def __init__(self, name, points):
+            setattr(self, name, points)
+
+    class Cells:
+        points = VERTICES
+
+        def __init__(self, *kinds):
+            self.cells = [type("Cell", (), {"type": kind, "data": numpy.zeros((1, corners), int)}) for kind, corners in kinds]
+
+    class PolyData:
+        points = VERTICES
+        faces = numpy.empty(0, int)
+
+        def __init__(self, lines=0):
+            self.n_lines = lines
+
+    def test_points_without_faces(self):
+        other = (VERTICES + [0, 0, 0.5], FACES)
+        expected = meshgauge.compare((VERTICES, None), other, direction="a_to_b")
+        self.assertEqual(expected.document["meshes"]["a"]["triangles"], 0)
+        self.assertLess(expected.upper - expected.lower, 1e-12)
+        for cloud in ((VERTICES, []), (VERTICES, FACES[:0]), VERTICES, VERTICES.astype(numpy.float32),
+                      self.PointCloud("vertices", VERTICES), self.PointCloud("points", VERTICES), self.PolyData(),
+                      self.Cells(("vertex", 1)), self.Cells()):
+            found = meshgauge.compare(cloud, other, direction="a_to_b")
+            self.assertAlmostEqual(found.upper, expected.upper, 6)  # as float32
+            self.assertEqual(found.document["meshes"]["a"]["vertices"], 16)
+
+    def test_by_a_file(self):
+        content = _meshes.Arrays(VERTICES, None, "a").to_file()
+        found = meshgauge.compare(content, GOOD, direction="a_to_b")
+        self.assertEqual(found.document["meshes"]["a"]["triangles"], 0)
+
+    def test_what_is_refused(self):
+        for a, b, direction in (((VERTICES, None), GOOD, "symmetric"), ((VERTICES, None), GOOD, "b_to_a"),
+                                (GOOD, VERTICES, "a_to_b"), (VERTICES, VERTICES, "a_to_b")):
+            with self.assertRaisesRegex(meshgauge.InputError, "is a point cloud of 16 points") as refused:
+                meshgauge.compare(a, b, direction=direction)
+            self.assertEqual(refused.exception.kind, "empty-mesh")
+        for lines in (self.PolyData(1), self.Cells(("line", 2), ("vertex", 1))):
+            with self.assertRaisesRegex(meshgauge.InputError, "lines alone"):
+                meshgauge.compare(lines, GOOD, direction="a_to_b")
+        with self.assertRaisesRegex(meshgauge.InputError, "vertex 3 of 'a' is NaN"):
+            meshgauge.compare(with_value(VERTICES, (3, 1), numpy.nan), GOOD, direction="a_to_b")
 
 
 class Accepted(unittest.TestCase):

@@ -7,7 +7,7 @@ import { mkdirSync, mkdtempSync, rmSync, statSync, writeFileSync } from "node:fs
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { launch, Tab } from "./browser/browser.mjs";
-import { ply, stl, written } from "./browser/meshes.mjs";
+import { ply, stl, written, xyz } from "./browser/meshes.mjs";
 import { Walk } from "./browser/page.mjs";
 import { nightly } from "./gallery_batch.mjs";
 import { root, startService } from "./browser/service.mjs";
@@ -15,7 +15,7 @@ import { drawn, ground, printed } from "./gallery_meshes.mjs";
 
 const to = join(root, "docs/gallery"), most = 250_000;
 const folder = mkdtempSync(join(tmpdir(), "meshgauge-gallery-"));
-const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)) });
+const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)), "gear_scan.xyz": xyz(printed()) });
 
 const gear = { a: files["gear_printed.stl"], b: files["gear.stl"], limit: "0.3", units: "mm", tolerance: ["relative", "1"] };
 const window = { viewport: { width: 1200, height: 1200 }, reducedMotion: "reduce" };
@@ -45,6 +45,12 @@ const pictures = {
     await walk.press("Side by side");
     await walk.still();
     await save("side_by_side", await viewer.screenshot());
+    return walk;
+  },
+  async cloud() {
+    const walk = await open();
+    const viewer = await measured(walk, { ...gear, a: files["gear_scan.xyz"], direction: "a_to_b" });
+    await save("cloud", await viewer.screenshot());
     return walk;
   },
   async batch() {

@@ -40,7 +40,8 @@ std::uint64_t most_steps(std::string_view text) {
 
 void check_against_tinyobj(const std::string& text, const Mesh& ours) {
   const Mesh theirs = by_tinyobj(text, ours.positions);
-  CHECK(ours.triangles == theirs.triangles);
+  const bool cloud = theirs.triangles.empty() && is_cloud(ours);
+  CHECK((cloud || ours.triangles == theirs.triangles));
   REQUIRE(ours.positions.size() == theirs.positions.size());
   std::uint64_t most = 0;
   for (std::size_t i = 0; i < ours.positions.size(); ++i) {

@@ -42,7 +42,7 @@ TEST_CASE("format: content goes before the name, the name before the media type"
 
 TEST_CASE("format: every format has its own name") {
   for (const Format format :
-       {Format::obj, Format::stl, Format::ply, Format::off, Format::gltf, Format::glb, Format::three_mf}) {
+       {Format::obj, Format::stl, Format::ply, Format::off, Format::gltf, Format::glb, Format::three_mf, Format::xyz}) {
     CHECK(detected("??", "m." + std::string(to_string(format))) == format);
   }
 }

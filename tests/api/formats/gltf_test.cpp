@@ -95,7 +95,7 @@ TEST_CASE("gltf: every mode of triangles, points and lines are counted") {
   CHECK(shared.triangles.size() == 2 + 10);
   for (const int mode : {0, 1, 2, 3}) primitives.push_back({{"attributes", {{"POSITION", 0}}}, {"mode", mode}});
   CHECK(read(glb(document), "")->notes.skipped_primitives == 4);
-  primitives = json::array({primitives[2]});
+  primitives = json::array({primitives[3]});
   CHECK(code(glb(document), "") == ErrorCode::empty_mesh);
   primitives[0]["mode"] = 7;
   CHECK(contains(refusal(glb(document), ""), "mode 7 does not exist"));

@@ -237,6 +237,7 @@ std::vector<SmallFile> small_files() {
       {"plain.glb", glb(tetrahedron_json(""), tetrahedron_data()), 4, 4},
       {"sparse.glb", sparse_glb(), 3, 1},
       {"strip.glb", strip_glb(), 5, 3, 0, 3},  // without a corner a shorter strip, with a repeated one a join
+      {"normals.xyz", "# scan\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1e-1 0 0 0 1\n0 0 1.5 0 0 1\n", 4, 4, 0, 1},
       {"instances.3mf", package(small_model()), 6, 2},
       {"zip64.3mf", zip64_package(), 3, 1, 22},  // the end record of a plain archive, which Zip64 does not need
       {"plain.obj.gz", gzipped(kObj), 5, 4},

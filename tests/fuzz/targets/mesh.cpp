@@ -16,3 +16,4 @@ FUZZ_TARGET(stl) { return check("stl", data, size); }
 FUZZ_TARGET(ply) { return check("ply", data, size); }
 FUZZ_TARGET(off) { return check("off", data, size); }
 FUZZ_TARGET(gltf) { return check("gltf", data, size); }
+FUZZ_TARGET(xyz) { return check("xyz", data, size); }

@@ -17,7 +17,8 @@ using api::Format;
 using api::ReadMesh;
 
 constexpr std::string_view kGzip = "\x1F\x8B";
-constexpr const char* kOtherNames[] = {"", "m.obj", "m.stl", "m.ply", "m.off", "m.gltf", "m.glb", "m.png", "m.obj.gz"};
+constexpr const char* kOtherNames[] = {"",       "m.obj", "m.stl", "m.ply", "m.off",
+                                       "m.gltf", "m.glb", "m.xyz", "m.png", "m.obj.gz"};
 
 api::ReadLimits limits() {
   api::ReadLimits out;
@@ -44,7 +45,7 @@ bool same(const Result<ReadMesh>& a, const Result<ReadMesh>& b) {
     return a.error().code == b.error().code && a.error().message == b.error().message &&
            a.error().where == b.error().where;
   }
-  return a->format == b->format && a->notes.polygons == b->notes.polygons &&
+  return a->format == b->format && a->notes.cloud == b->notes.cloud && a->notes.polygons == b->notes.polygons &&
          a->notes.skipped_primitives == b->notes.skipped_primitives &&
          same_bytes(a->mesh.positions, b->mesh.positions) && same_bytes(a->mesh.triangles, b->mesh.triangles);
 }
@@ -61,10 +62,13 @@ void require_same(const Result<ReadMesh>& a, const Result<ReadMesh>& b, const ch
 
 // Each vertex and triangle of these takes bytes of its own.
 bool has_room_for_each(Format format) {
-  return format == Format::obj || format == Format::stl || format == Format::ply || format == Format::off;
+  return format == Format::obj || format == Format::stl || format == Format::ply || format == Format::off ||
+         format == Format::xyz;
 }
 
-void require_sound(const Mesh& mesh) {
+void require_sound(const ReadMesh& read) {
+  const Mesh& mesh = read.mesh;
+  require(!read.notes.cloud || is_cloud(mesh), "a cloud has points alone");
   require(!mesh.triangles.empty(), "an accepted mesh has triangles");
   require(mesh.positions.size() <= limits().max_vertices && mesh.triangles.size() <= limits().max_triangles,
           "counts are within the limits");
@@ -93,7 +97,7 @@ void check_mesh_file(std::string_view file, std::string_view filename) {
   const auto result = read(file, filename);
   require_same(result, read(file, filename), "the same bytes give the same answer");
   if (!result) require_refusal(result.error());
-  if (result) require_sound(result->mesh);
+  if (result) require_sound(*result);
   if (file.starts_with(kGzip)) return;
   if (result) {
     require(result->format == detected(file, filename), "the format is the one detected");

@@ -14,7 +14,8 @@ FUZZ_TARGET(obj_tinyobj) {
   if (!ours || ours->format != api::Format::obj || ours->notes.gzip || !api::test::tinyobj_excuse(text).empty())
     return 0;
   const Mesh theirs = api::test::by_tinyobj(text, ours->mesh.positions);
-  fuzz::require(ours->mesh.triangles == theirs.triangles, "the same triangles");
+  const bool cloud = ours->notes.cloud && theirs.triangles.empty();
+  fuzz::require(cloud || ours->mesh.triangles == theirs.triangles, "the same triangles");
   fuzz::require(ours->mesh.positions.size() == theirs.positions.size(), "as many vertices");
   for (std::size_t i = 0; i < theirs.positions.size(); ++i) {
     for (int k = 0; k < 3; ++k) {

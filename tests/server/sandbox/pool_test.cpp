@@ -36,6 +36,7 @@ void check_same(const Result<api::LoadedMesh>& here, const Result<api::LoadedMes
   CHECK(here->notes.gzip == there->notes.gzip);
   CHECK(here->notes.polygons == there->notes.polygons);
   CHECK(here->notes.skipped_primitives == there->notes.skipped_primitives);
+  CHECK(here->notes.cloud == there->notes.cloud);
   CHECK(here->notes.welded_vertices == there->notes.welded_vertices);
   CHECK(here->notes.unused_objects == there->notes.unused_objects);
   CHECK(here->notes.unit == there->notes.unit);
@@ -55,6 +56,7 @@ TEST_CASE("pool: a mesh equals the one read in this process") {
       "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n",
       "solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
       "facet normal 0 0 0\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n",
+      "v 0 0 0\nv 1 0 0\n",
   };
   for (const std::string_view file : files) {
     const auto here = api::load({"a", std::as_bytes(std::span(file)), "a.obj", ""}, {});
@@ -68,7 +70,8 @@ TEST_CASE("pool: a mesh equals the one read in this process") {
 TEST_CASE("pool: a reader's Error equals the one of this process") {
   Sandbox sandbox;
   sandbox.start();
-  for (const std::string_view file : {"v 0 0 0\nv 1 0 nan\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n", "", "?", "v 0 0 0\n"}) {
+  for (const std::string_view file :
+       {"v 0 0 0\nv 1 0 nan\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n", "", "?", "v 0 0 0\nl 1 1\n"}) {
     const auto here = api::load({"a", std::as_bytes(std::span(file)), "a.obj", ""}, {});
     REQUIRE(!here.ok());
     check_same(here, sandbox.read(file));

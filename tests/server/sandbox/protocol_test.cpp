@@ -12,6 +12,7 @@ namespace {
 api::ReadNotes notes() {
   api::ReadNotes notes;
   notes.gzip = true;
+  notes.cloud = true;
   notes.polygons = {5, 4, 3, 2, 0.5};
   notes.helper_objects = 17;
   notes.remarks = {"one", "two"};
@@ -33,6 +34,7 @@ TEST_CASE("protocol: messages round-trip") {
   REQUIRE((mesh && *mesh));
   CHECK((*mesh)->format == api::Format::ply);
   CHECK((*mesh)->notes.gzip);
+  CHECK((*mesh)->notes.cloud);
   CHECK((*mesh)->notes.polygons == api::PolygonNotes{5, 4, 3, 2, 0.5});
   CHECK((*mesh)->notes.helper_objects == 17);
   CHECK((*mesh)->notes.remarks == std::vector<std::string>{"one", "two"});
@@ -105,12 +107,12 @@ TEST_CASE("protocol: no byte of a reply puts an enumeration, a flag or a text ou
         const auto decoded = decode_reply(changed);
         if (!decoded) continue;
         if (*decoded) {
-          CHECK((*decoded)->format <= api::Format::three_mf);
+          CHECK((*decoded)->format <= api::Format::xyz);
           CHECK((*decoded)->notes.unit.value_or(api::LengthUnit::micron) <= api::LengthUnit::foot);
           CHECK((*decoded)->notes.polygons.largest_deviation >= 0);
           for (const std::string& remark : (*decoded)->notes.remarks) CHECK(remark.size() <= api::kMaxRemarkBytes);
-          CHECK((*decoded)->notes.filename_says.value_or(api::Format::obj) <= api::Format::three_mf);
-          CHECK((*decoded)->notes.media_type_says.value_or(api::Format::obj) <= api::Format::three_mf);
+          CHECK((*decoded)->notes.filename_says.value_or(api::Format::obj) <= api::Format::xyz);
+          CHECK((*decoded)->notes.media_type_says.value_or(api::Format::obj) <= api::Format::xyz);
         } else {
           CHECK(decoded->error().code <= ErrorCode::internal);
           CHECK(decoded->error().message.size() <= whole.size());

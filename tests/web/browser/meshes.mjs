@@ -64,6 +64,12 @@ export function obj({ points, triangles }) {
   return Buffer.from(lines.join("\n") + "\n");
 }
 
+export function xyz({ points }) {
+  const lines = [];
+  for (let k = 0; k < points.length; k += 3) lines.push(points.subarray(k, k + 3).join(" "));
+  return Buffer.from(lines.join("\n") + "\n");
+}
+
 // Binary, little-endian, single precision.
 export function ply({ points, triangles }) {
   const head = `ply\nformat binary_little_endian 1.0\nelement vertex ${points.length / 3}\nproperty float x\nproperty float y\n` +

@@ -1,12 +1,14 @@
 // Ways through the page that cross: cancelling, going back, measuring again, a service that is away.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { dented, obj, sphere } from "./meshes.mjs";
+import { dented, obj, sphere, xyz } from "./meshes.mjs";
+import { difference, picture, spot } from "./pixels.mjs";
 import { asked } from "./service.mjs";
 import { endless, endlessMeshes, lookup, workplace } from "./workplace.mjs";
 
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(30)), "dented.obj": obj(dented(30)), "small.obj": obj(sphere(12)), "smaller.obj": obj(dented(12)),
+  "scan.xyz": xyz(dented(20)),
   ...endlessMeshes(),
 }));
 
@@ -187,3 +189,21 @@ for (const of of ["A", "B"])
     assert.match(saved.suggestedFilename(), new RegExp(`^deviation-${of.toLowerCase()}-.*ply$`));
     await walk.tab.close();
   });
+
+test("a point cloud is drawn by its points, and refused in both directions", async () => {
+  const walk = await place.open();
+  await walk.fill({ a: place.files["scan.xyz"], b: place.files["sphere.obj"] });
+  await walk.measure();
+  await walk.page.getByText("ask for the direction a_to_b").first().waitFor();
+  await walk.fill({ direction: "a_to_b" });
+  await walk.measure();
+  await walk.measured();
+  await walk.page.getByText("A is a point cloud of").waitFor();
+  await walk.viewer();
+  await walk.press("Edges");
+  await walk.still();
+  const image = picture(await walk.page.locator(".viewer-canvas").screenshot());
+  const ground = image.at(2, 2);
+  assert.ok(spot(image, (colour) => difference(colour, ground) > 40).count > 1000, "points are seen");
+  await walk.tab.close();
+});

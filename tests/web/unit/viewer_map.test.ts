@@ -1,7 +1,9 @@
 // The reader of deviation maps: what it takes, and that every broken file is refused in words.
 import assert from "node:assert/strict";
 import test from "node:test";
+import { AreaDistribution } from "../../../server/web/page/viewer/distribution";
 import { parseMap } from "../../../server/web/page/viewer/map";
+import { coarsened } from "../../../server/web/page/viewer/shape";
 
 type Fields = Record<string, unknown>;
 
@@ -66,6 +68,24 @@ test("a map is read with its extras", async () => {
   assert.deepEqual(map.scale, { top: 0.5, limited: true });
 });
 
+test("a map of points is a cloud", async () => {
+  const display = { form: "decimated", triangles: 0, vertices: 1000 };
+  const map = await parseMap(glb({
+    node: { extras: { ...extras, candidate_triangles: 0, candidate_vertices: 1000, display } },
+    change: ({ meshes }) => {
+      const [primitive] = meshes[0]!.primitives as Fields[];
+      primitive!.mode = 0;
+      delete primitive!.indices;
+    },
+  }));
+  assert.equal(map.cloud, true);
+  assert.deepEqual([...map.indices], [0, 0, 0, 1, 1, 1, 2, 2, 2]);
+  assert.deepEqual(map.display, display);
+  assert.equal(new AreaDistribution(map).share(0, 0.3), 2 / 3);
+  assert.deepEqual([...coarsened(map, 2)], [0, 0, 0, 2, 2, 2]);
+  assert.deepEqual([...coarsened(map, 3)], [...map.indices]);
+});
+
 test("a map without display information is the mesh itself, or refined if it has more triangles", async () => {
   assert.equal((await parseMap(glb())).display.form, "as_is");
   const refined = await parseMap(glb({ indices: [0, 1, 2, 2, 1, 0], node: { extras: { largest: 1, candidate_triangles: 1 } } }));
@@ -111,7 +131,7 @@ const wrong: Record<string, [Parts, RegExp]> = {
   "interleaved numbers": [{ change: ({ bufferViews }) => (bufferViews[0]!.byteStride = 16) }, /interleaved/],
   "bytes of another file": [{ change: ({ bufferViews }) => (bufferViews[0]!.buffer = 1) }, /another file/],
   "no nodes": [{ change: (document) => delete document["nodes"] }, /list of nodes is missing/],
-  "a mesh of lines": [{ change: ({ meshes }) => (meshes[0]!.primitives = [{ mode: 1 }]) }, /not of triangles/],
+  "a mesh of lines": [{ change: ({ meshes }) => (meshes[0]!.primitives = [{ mode: 1 }]) }, /neither of triangles nor of points/],
 };
 
 for (const [name, [parts, message]] of Object.entries(wrong)) {

@@ -22,6 +22,7 @@ test("the sentence on the limit covers both surfaces", () => {
   assert.equal(said("a", beyond, within), "25 % of A’s area is farther from B than the limit.");
   assert.match(said("a", within, beyond), /^All of A that is shown is within the limit; B is not: 25 % of B’s area .* “Swap” colours B\.$/);
   assert.match(said("b", within, beyond), /^25 % of B’s area/);
+  assert.match(said("a", { ...beyond, of: "points" }, within), /^25 % of A’s points are farther/);
   assert.match(said("a", beyond, beyond, [], true), /25 % of A’s area .* 25 % of B’s area/);
   assert.doesNotMatch(said("a", within, beyond, [], true), /Swap/);
 });

@@ -8,7 +8,7 @@ export interface Meshes {
 
 const mostSceneBytes = 256 * 1024 * 1024; // of JSON that is parsed
 const scenes = /\.gltf$/i;
-const meshes = /\.(obj|stl|ply|off|glb|3mf|zip)(\.gz)?$|\.gltf\.gz$/i;
+const meshes = /\.(obj|stl|ply|off|glb|3mf|xyz|zip)(\.gz)?$|\.gltf\.gz$/i;
 
 /** True if pairUp() has anything to do. */
 export function hasScene(files: readonly File[]): boolean {

@@ -10,7 +10,7 @@ const titles: Record<Side, [string, string]> = {
   b: ["Baseline", "what it is compared with"],
 };
 
-const known = ["obj", "stl", "ply", "off", "gltf", "glb", "3mf", "zip"];
+const known = ["obj", "stl", "ply", "off", "gltf", "glb", "3mf", "xyz", "zip"];
 
 /** Returns "STL", "OBJ, gzip-compressed"; null: the name has no extension of a known format. */
 export function formatOf(name: string): string | null {

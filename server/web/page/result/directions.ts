@@ -2,7 +2,7 @@
 import type { AreaBounds, Comparison, Directed, Distribution, Side } from "../api/types.js";
 import { facts, h } from "../dom.js";
 import { grouped, inPercent, intervalText, intervalWords, pointText, toDigits, withUnits } from "../text/numbers.js";
-import { unitsOf } from "../text/verdict.js";
+import { pieceOf, unitsOf } from "../text/verdict.js";
 
 export function directionsOf(result: Comparison): HTMLElement {
   return h(
@@ -18,6 +18,7 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
   const title = h("h3", {}, `From ${one} to ${other}`);
   if (!directed) return h("div", {}, title, h("p", { class: "hint" }, "Not requested."));
   const units = unitsOf(result);
+  const piece = pieceOf(result, from);
   const smaller = result.status === "converged" && result.direction === "symmetric" && directed.lower < result.distance.lower;
   return h(
     "div",
@@ -26,7 +27,7 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
     h("p", { class: "figure" }, intervalWords(directed.lower, directed.upper, units)),
     smaller ? h("p", { class: "hint" }, "Searched only as far as it could be the larger of the two.") : null,
     directed.work.nearest_queries === 0 ? h("p", { class: "hint" }, unsearched(result, directed, one, other)) : null,
-    directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other, units), ...searchFacts(directed)]),
+    directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other, units, piece), ...searchFacts(directed, piece)]),
     areas ? certified(areas, units) : null,
     sampled ? samples(sampled, units) : null,
   );
@@ -41,19 +42,19 @@ export function unsearched(result: Comparison, directed: Directed, one: string, 
 
 type Facts = Parameters<typeof facts>[0];
 
-function witnessFacts(directed: Directed, one: string, other: string, units: string): Facts {
+function witnessFacts(directed: Directed, one: string, other: string, units: string, piece: string): Facts {
   const { witness } = directed;
   if (!witness) return [["Witness", "No point was measured"]];
   return [
-    [`A point at least ${withUnits(intervalText(directed.lower, directed.upper, null).lower, units)} away, on ${one}`, `${withUnits(pointText(witness.point_a), units)}, triangle ${String(witness.triangle_a)}`],
+    [`A point at least ${withUnits(intervalText(directed.lower, directed.upper, null).lower, units)} away, on ${one}`, `${withUnits(pointText(witness.point_a), units)}, ${piece} ${String(witness.triangle_a)}`],
     [`Nearest to it, on ${other}`, `${withUnits(pointText(witness.point_b), units)}, triangle ${String(witness.triangle_b)}`],
   ];
 }
 
-function searchFacts(directed: Directed): Facts {
+function searchFacts(directed: Directed, piece: string): Facts {
   const { culling, work } = directed;
   return [
-    ["Culled at once", `${inPercent(culling.rate)} of ${grouped(culling.triangles)} triangles; ${grouped(culling.survivors)} were looked at closely`],
+    ["Culled at once", `${inPercent(culling.rate)} of ${grouped(culling.triangles)} ${piece}s; ${grouped(culling.survivors)} were looked at closely`],
     ["Work", `${grouped(work.nearest_queries)} nearest points, ${grouped(work.triangle_tests)} triangle tests, ${grouped(work.subdivisions)} pieces split`],
   ];
 }

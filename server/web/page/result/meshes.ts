@@ -10,7 +10,7 @@ const rows: Row[] = [
   ["Format", (mesh) => formatWords(mesh)],
   ["Unit", (mesh) => unitWords(mesh)],
   ["Size", (mesh) => inBytes(mesh.bytes) + (mesh.gzip ? ", gzip-compressed" : "")],
-  ["Triangles", (mesh) => grouped(mesh.triangles)],
+  ["Triangles", (mesh) => (mesh.triangles === 0 ? "none, a point cloud" : grouped(mesh.triangles))],
   ["Vertices", (mesh) => grouped(mesh.vertices)],
   ["Without area", (mesh) => (mesh.degenerate === 0 ? "" : grouped(mesh.degenerate))],
   ["Box from", (mesh) => pointText(mesh.bbox.low)],

@@ -24,6 +24,9 @@ export interface FoundWitness {
   nearestTriangle: number;
 }
 
+/** What a mesh is measured by: a cloud by its points. */
+export const pieceOf = (result: Comparison, side: Side): string => (result.meshes[side].triangles === 0 ? "point" : "triangle");
+
 /** One per direction that has one; the first attains the lower end of the interval. */
 export function witnessesOf(result: Comparison): FoundWitness[] {
   const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
@@ -147,7 +150,7 @@ function forFail(result: Comparison): Wording {
     tone: "fail",
     heading: "Fail",
     reason:
-      `The point ${withUnits(pointText(witness.point), unitsOf(result))} of the ${meshName[witness.from]}, on triangle ${String(witness.triangle)}, ` +
+      `The point ${withUnits(pointText(witness.point), unitsOf(result))} of the ${meshName[witness.from]}, on ${pieceOf(result, witness.from)} ${String(witness.triangle)}, ` +
       `is ${lower} or more from the ${meshName[other]}. The limit is ${limit}.${lacking}`,
     proof: provedFail,
   };

@@ -5,6 +5,7 @@ export interface Surface {
   positions: Float32Array;
   indices: Uint32Array;
   distances: Float32Array;
+  cloud?: boolean; // each point counts as much as any other
 }
 
 // For a triangle with distances low <= middle <= high, returns the share of its area that is nearer than t.
@@ -16,12 +17,14 @@ export function shareBelow(t: number, low: number, middle: number, high: number)
 }
 
 export class AreaDistribution {
-  readonly total: number; // area; 0 if all triangles are degenerate
+  readonly of: "area" | "points";
+  readonly total: number; // area, 0 if all triangles are degenerate; or the number of points
   readonly largest: number; // distance
   private readonly areas: Float64Array;
   private readonly sorted: Float32Array; // three distances per triangle, ascending
 
   constructor(surface: Surface) {
+    this.of = surface.cloud ? "points" : "area";
     const triangles = surface.indices.length / 3;
     this.areas = new Float64Array(triangles);
     this.sorted = new Float32Array(surface.indices.length);
@@ -29,7 +32,7 @@ export class AreaDistribution {
     let largest = 0;
     for (let t = 0; t < triangles; ++t) {
       this.sortDistances(surface, t);
-      this.areas[t] = areaOf(surface, t);
+      this.areas[t] = surface.cloud ? 1 : areaOf(surface, t);
       total += this.areas[t]!;
       largest = Math.max(largest, this.sorted[3 * t + 2]!);
     }

@@ -8,6 +8,7 @@ const kJsonChunk = 0x4e4f534a;
 const kBinaryChunk = 0x004e4942;
 const kFloat = 5126;
 const kUnsignedInt = 5125;
+const kPoints = 0;
 const kTriangles = 4;
 const kWidths = { SCALAR: 1, VEC3: 3 } as const;
 
@@ -89,8 +90,14 @@ export class GlbReader {
   primitiveOf(node: Fields): Fields {
     const mesh = this.member("meshes", node.mesh, "the mesh");
     const primitive = objectOf(arrayOf(mesh.primitives, "the primitives")[0], "the first primitive");
-    if (wholeOf(primitive.mode, "the mode", kTriangles) !== kTriangles) fail("its mesh is not of triangles");
+    const mode = wholeOf(primitive.mode, "the mode", kTriangles);
+    if (mode !== kTriangles && mode !== kPoints) fail("its mesh is neither of triangles nor of points");
     return primitive;
+  }
+
+  // Whether a primitive is of points.
+  isCloud(primitive: Fields): boolean {
+    return primitive.mode === kPoints;
   }
 
   translationOf(node: Fields): [number, number, number] {

@@ -5,7 +5,8 @@ import { nameOf, other, type Side, type Witness } from "./settings";
 
 export interface Beyond {
   farther: boolean; // any visible part of it is beyond the limit
-  share: number; // of its area
+  share: number; // of its area or points
+  of?: "area" | "points";
 }
 
 interface Shown {
@@ -32,11 +33,11 @@ function stateOf(side: Side, { farther }: Beyond, witnesses: readonly Witness[],
   return witnesses.some(({ from, lower }) => from === side && lower > limit) ? "point" : "within";
 }
 
-function sentence(side: Side, state: State, { share }: Beyond): string {
+function sentence(side: Side, state: State, { share, of = "area" }: Beyond): string {
   const [one, two] = [nameOf(side), nameOf(other(side))];
   if (state === "within") return `All of ${one} that is shown is within the limit.`;
   if (state === "point") return `The witness of ${one} is farther from ${two} than the limit; the area around it is too small to show.`;
-  return `${percent(Math.max(share, 1e-9))} of ${one}’s area is farther from ${two} than the limit.`;
+  return `${percent(Math.max(share, 1e-9))} of ${one}’s ${of} ${of === "area" ? "is" : "are"} farther from ${two} than the limit.`;
 }
 
 const capital = (text: string): string => text.slice(0, 1).toUpperCase() + text.slice(1);

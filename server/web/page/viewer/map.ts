@@ -5,13 +5,14 @@ import { GlbReader, objectOf, type Json } from "./glb";
 
 export interface Display {
   form: "as_is" | "refined" | "decimated";
-  triangles: number; // of the whole mesh, not of the displayed one
+  triangles: number; // of the whole mesh, not of the displayed one; 0: a point cloud
   vertices: number;
 }
 
 export interface DeviationMap {
   positions: Float32Array; // xyz, relative to `translation`
-  indices: Uint32Array; // three per triangle, all within `positions`
+  indices: Uint32Array; // three per triangle, all within `positions`; of a point cloud each vertex three times
+  cloud: boolean;
   distances: Float32Array; // one per vertex, finite, not negative
   translation: [number, number, number];
   units: string; // may be empty
@@ -32,18 +33,24 @@ function mapOf(bytes: ArrayBuffer): DeviationMap {
   const attributes = objectOf(primitive.attributes, "the attributes of the mesh");
   const positions = reader.floats(attributes.POSITION, "VEC3", "POSITION");
   const distances = reader.floats(attributes._DISTANCE, "SCALAR", "_DISTANCE");
-  const indices = reader.indices(primitive.indices);
+  const cloud = reader.isCloud(primitive);
+  const indices = cloud ? pointIndices(positions.length / 3) : reader.indices(primitive.indices);
   checkArrays(positions, distances, indices);
   const extras = objectOf(node.extras ?? {}, "the extras of the mesh");
   return {
     positions,
     indices,
+    cloud,
     distances,
     translation: reader.translationOf(node),
     units: typeof extras.units === "string" ? extras.units : "",
-    display: displayOf(extras, positions.length / 3, indices.length / 3),
+    display: displayOf(extras, positions.length / 3, cloud ? 0 : indices.length / 3),
     ...scaleOf(extras),
   };
+}
+
+function pointIndices(points: number): Uint32Array {
+  return new Uint32Array(3 * points).map((_, i) => Math.floor(i / 3));
 }
 
 function checkArrays(positions: Float32Array, distances: Float32Array, indices: Uint32Array): void {

@@ -3,9 +3,13 @@ import { count } from "./figures";
 import { nameOf, type Side, type ViewerInput } from "./settings";
 
 export function noteOn(side: Side, input: ViewerInput): string | undefined {
-  const { display, indices } = input[side];
+  const { display, indices, cloud } = input[side];
   const shown = indices.length / 3;
   const name = nameOf(side);
+  if (cloud) {
+    const part = display.form === "decimated" ? `; ${count(shown)} are shown. The numbers are of all` : "";
+    return `${name} is a point cloud of ${count(display.vertices)} points${part}.`;
+  }
   if (display.form === "decimated") {
     return `${name} has ${count(display.triangles)} triangles; ${count(shown)} are shown. The numbers are of the whole mesh.`;
   }

@@ -90,7 +90,8 @@ export class Scale {
       this.bars.append(bar);
     });
     const [one, two] = [nameOf(side), nameOf(other(side))];
-    this.caption.textContent = `Area of ${one} by its distance to ${two} (computed; heights by the square root of the area)`;
+    const [what, root] = this.areas[side].of === "area" ? ["Area of", "area"] : ["Points of", "number"];
+    this.caption.textContent = `${what} ${one} by its distance to ${two} (computed; heights by the square root of the ${root})`;
   }
 
   private makeEnd(end: "from" | "to"): HTMLElement {
@@ -164,14 +165,14 @@ export class Scale {
   private beyondOf(side: Side): Beyond {
     const { top } = this.colours;
     const areas = this.areas[side];
-    return { farther: areas.largest > Math.fround(top), share: areas.total > 0 ? 1 - areas.share(0, top) : 0 };
+    return { farther: areas.largest > Math.fround(top), share: areas.total > 0 ? 1 - areas.share(0, top) : 0, of: areas.of };
   }
 
   private brushWords(): string {
     const [low, high] = [this.edges[this.brush.from]!, this.edges[this.brush.to]!];
     const { coloured, split } = this.store.value;
     const sides: Side[] = split ? [coloured, other(coloured)] : [coloured];
-    const said = sides.map((side) => `${percent(this.areas[side].share(low, high))} of ${nameOf(side)}’s area`);
+    const said = sides.map((side) => `${percent(this.areas[side].share(low, high))} of ${nameOf(side)}’s ${this.areas[side].of}`);
     const range = `${figure(low)} to ${withUnits(figure(high), this.units)}`;
     return `${said.join(" and ")} ${split ? "are" : "is"} ${range} from the other mesh.`;
   }

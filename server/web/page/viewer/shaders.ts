@@ -12,6 +12,7 @@ void main() {
   vView = view.xyz / size;
   vDeviation = deviation;
   gl_Position = projectionMatrix * view;
+  gl_PointSize = 4.0;
 }`;
 
 const kCommon = /* glsl */ `
@@ -31,12 +32,18 @@ bool isInside() { return gl_FrontFacing != outward; }
 bool outOfBrush() { return brushed && (vDeviation < brush.x || vDeviation > brush.y); }
 
 vec3 normalToViewer() {
+#ifdef CLOUD
+  return -normalize(vView);  // points have no slope
+#endif
   vec3 normal = normalize(cross(normalize(dFdx(vView)), normalize(dFdy(vView))));
   return dot(normal, vView) > 0.0 ? -normal : normal;
 }
 // A light beside the viewer. Surfaces that face the viewer keep their colour; slopes towards the light get lighter, others
 // darker, so that the hue stays and dark colours show form as well.
 vec3 lit(vec3 base) {
+#ifdef CLOUD
+  return base;
+#endif
   if (plain) return base;
   vec3 normal = normalToViewer();
   float side = dot(normal, normalize(vec3(-0.42, 0.5, 0.76))) - 0.72;

@@ -4,6 +4,7 @@ import type { Vec3 } from "./vec";
 export interface Mesh {
   positions: Float32Array;
   indices: Uint32Array;
+  cloud?: boolean; // the triangles are points
 }
 
 export interface Bounds {
@@ -123,6 +124,7 @@ function eachEdge(indices: Uint32Array, visit: (low: number, high: number) => vo
 // grid cell. The same buffers of positions and distances serve both meshes. O(n).
 export function coarsened(mesh: Mesh, most: number): Uint32Array {
   if (mesh.indices.length / 3 <= most) return mesh.indices;
+  if (mesh.cloud) return thinned(mesh.indices, most);
   const box = boundsOf(mesh, [0, 0, 0])!;
   const size = Math.max(...[0, 1, 2].map((k) => box.high[k]! - box.low[k]!)) || 1;
   let cells = Math.max(4, Math.sqrt(most / 4));
@@ -133,6 +135,12 @@ export function coarsened(mesh: Mesh, most: number): Uint32Array {
     found = clustered(mesh, box.low, size / cells);
   }
   return found;
+}
+
+// Returns `most` points at most, evenly many all over the list.
+function thinned(indices: Uint32Array, most: number): Uint32Array {
+  const step = Math.ceil(indices.length / 3 / most);
+  return indices.filter((_, i) => Math.floor(i / 3) % step === 0);
 }
 
 function clustered({ positions, indices }: Mesh, low: Vec3, cell: number): Uint32Array {

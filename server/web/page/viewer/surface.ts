@@ -10,6 +10,7 @@ import {
   LineSegments,
   Mesh as Drawn,
   NearestFilter,
+  Points,
   RGBAFormat,
   ShaderMaterial,
   Sphere,
@@ -61,9 +62,9 @@ export class Surface {
   private readonly filled = new Map<Fineness["coarse"], BufferGeometry>();
   private edges?: BufferGeometry;
   private edgeSteps?: ReturnType<typeof edgesInSteps>;
-  private readonly coloured: Drawn;
-  private readonly depth: Drawn;
-  private readonly overlay: Drawn;
+  private readonly coloured: Drawn | Points;
+  private readonly depth: Drawn | Points;
+  private readonly overlay: Drawn | Points;
   private readonly lines: LineSegments;
 
   constructor(
@@ -77,11 +78,12 @@ export class Surface {
     this.deviations = new BufferAttribute(map.distances, 1);
     this.fine = this.geometryWith(map.indices);
     this.filled.set(0, this.fine);
-    this.coloured = new Drawn(this.fine, this.material(kColouredFragment, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+    const drawn = (material: ShaderMaterial): Drawn | Points => (map.cloud ? new Points(this.fine, material) : new Drawn(this.fine, material));
+    this.coloured = drawn(this.material(kColouredFragment, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
     // Pushed back further, so that where both surfaces coincide the colours are visible.
     const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4, transparent: true };
-    this.depth = new Drawn(this.fine, this.material(kOverlayFragment, { ...behind, colorWrite: false }));
-    this.overlay = new Drawn(this.fine, this.material(kOverlayFragment, behind));
+    this.depth = drawn(this.material(kOverlayFragment, { ...behind, colorWrite: false }));
+    this.overlay = drawn(this.material(kOverlayFragment, behind));
     this.lines = new LineSegments(this.fine, this.material(kLineFragment, { transparent: true, depthWrite: false }));
     [this.coloured, this.depth, this.overlay, this.lines].forEach((object, order) => {
       object.renderOrder = order;
@@ -104,7 +106,7 @@ export class Surface {
   }
 
   // Returns the visible objects in the order to draw them.
-  visible(): (Drawn | LineSegments)[] {
+  visible(): (Drawn | Points | LineSegments)[] {
     return [this.coloured, this.depth, this.overlay, this.lines].filter((object) => object.visible);
   }
 
@@ -159,7 +161,7 @@ export class Surface {
       uniforms: this.uniforms,
       vertexShader: kSurfaceVertex,
       fragmentShader,
-      defines: { STEPS: kSteps },
+      defines: { STEPS: kSteps, ...(this.map.cloud ? { CLOUD: 1 } : {}) },
       glslVersion: GLSL3,
       side: DoubleSide,
       forceSinglePass: true,
