@@ -58,7 +58,7 @@ struct Goal {
   double width = 0;               // the absolute and the diagonal rule: upper - lower <= width
   double relative = 0;            // the relative rule: upper - lower <= relative * lower
   std::optional<double> gate;     // Options::max_distance, less the input error
-  std::optional<double> cull_at;  // the result of cull_within_tolerance(), whatever the lower bound is
+  std::optional<double> cull_at;  // cull_within_tolerance() instead, whatever the lower bound is (area/places.h)
 
   // The largest computed gap upper - lower at which a rule will hold after certifying, but at least
   // rounding::kSmallestGap. `slack`: by how much certifying will widen the interval.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -29,7 +30,6 @@ AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
   return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
 }
 
-// A chosen part, refined.
 struct Refined {
   Part first, second;
   bool is_split = false;
@@ -118,10 +118,10 @@ bool AreaSearch::leave_out_decided() {
   double low = in_.most, high = 0;
   for (const Limit& l : limits_) low = std::min(low, l.down), high = std::max(high, l.up);
   const auto places = places_of(in_, low, high);
-  if (!places) return !stop_();
+  if (!places) return false;
   Part within, beyond;
   within.enclosure.high = {low, low, low};
-  const double above = std::nextafter(high, 2 * in_.most);
+  const double above = std::nextafter(high, std::numeric_limits<double>::infinity());
   beyond.enclosure = {{above, above, above}, {in_.most, in_.most, in_.most}};
   bool any_within = false, any_beyond = false;
   std::vector<std::uint32_t> rest;
@@ -131,7 +131,7 @@ bool AreaSearch::leave_out_decided() {
     (place == Place::within ? any_within : any_beyond) = true;
     (place == Place::within ? within : beyond).weight += weights_.of(t).weight;
   });
-  area_.terms += places->size() - rest.size();
+  area_.terms += places->size() - rest.size() - (any_within ? 1 : 0) - (any_beyond ? 1 : 0);  // close() counts them
   if (any_within) close(within);
   if (any_beyond) close(beyond);
   rest_ = std::move(rest);
@@ -142,11 +142,10 @@ bool AreaSearch::leave_out_decided() {
 bool AreaSearch::measure_vertices() {
   const std::size_t count = in_.from.positions.size();
   std::vector<bool> used(count, !rest_);
-  if (rest_) {
-    for (const std::uint32_t t : *rest_) {
-      for (const std::uint32_t v : in_.from.triangles[t]) used[v] = true;
-    }
-  }
+  const bool is_whole = each_unless(stop_, rest_ ? rest_->size() : 0, [&](std::size_t i) {
+    for (const std::uint32_t v : in_.from.triangles[(*rest_)[i]]) used[v] = true;
+  });
+  if (!is_whole) return false;
   corners_.reserve(count);
   std::atomic<bool> stopped{false};
   for (std::size_t begin = 0; begin < count && !stopped; begin = corners_.size()) {
@@ -176,11 +175,14 @@ std::optional<AreaStop> AreaSearch::bound_triangles() {
     if (over_budget()) return close_unvisited(begin) ? AreaStop::budget : interrupted();
     const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
     parts.resize(end - begin);
+    std::atomic<bool> stopped{false};
     in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t worker, std::size_t task) {
-      const std::size_t last = std::min(end, begin + (task + 1) * kTrianglesATask);
+      if (stopped || stop_()) stopped = true;
+      const std::size_t last = stopped ? begin : std::min(end, begin + (task + 1) * kTrianglesATask);
       for (std::size_t t = begin + task * kTrianglesATask; t < last; ++t)
         take_triangle(bounders_[worker], visited(t), parts[t - begin]);
     });
+    if (stopped) return interrupted();
     for (const Part& part : parts) is_closed(part) ? close(part) : open_.push_back(part);
   }
   corners_ = {};
@@ -304,7 +306,8 @@ std::size_t AreaSearch::most_chosen() const {
   return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
 }
 
-// Gives each chosen part a lower function, or else bisects it. False: interrupted, and nothing has changed.
+// Gives each chosen part a lower function, or else cuts it and gives one to the halves that still contribute. False:
+// interrupted, and nothing has changed.
 bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& demand) {
   std::vector<Refined> found(chosen.size());
   std::atomic<bool> stopped{false};
@@ -318,11 +321,11 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
       const auto bound = [&](Part& part) {
         if (!bounders_[worker].bound_below(part, works[worker], &stop_)) stopped = true;
       };
-      if (!refined.first.has_low) {
+      if (!refined.first.has_low && (demand.needs_low(refined.first) || !bounders_[worker].can_split(refined.first))) {
         bound(refined.first);
       } else if (auto parts = bounders_[worker].split(refined.first, works[worker], &stop_)) {
         for (Part& half : *parts) {
-          if (demand.contribution(half) > 0) bound(half);
+          if (demand.needs_low(half) && demand.contribution(half) > 0) bound(half);
         }
         refined = {(*parts)[0], (*parts)[1], true};
       } else {

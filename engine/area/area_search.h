@@ -9,7 +9,7 @@
 //
 // The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
 // Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
-// number of threads, after 1, whose sweep may leave out other triangles.
+// number of threads, except that the sweep of step 1 may leave out other triangles.
 #pragma once
 
 #include <atomic>
@@ -39,7 +39,7 @@ struct AreaDirection {
   const Bvh& to;               // over to_mesh
   const Adjacency& adjacency;  // of to_mesh
   const Frame& frame;
-  const Options& options;  // areas, max_memory_bytes, max_work_items
+  const Options& options;  // areas, max_memory_bytes, max_work_items, thresholds
   double most;             // upper bound of the distance of every point of `from`
   double upper;            // the same in the meshes' unit
   double error;            // as in PartBounder

@@ -12,7 +12,7 @@ namespace meshgauge {
 inline double mean_width(const Enclosure& e) { return mean(e.high) - mean_below(e.low); }
 inline double square_width(const Enclosure& e) { return mean_square(e.high) - mean_square_below(e.low); }
 
-// Scales of a part's widths: 1 / tolerance, or 0 for what is narrow enough.
+// Scales of a part's widths, by which they count in tolerances; 0: narrow enough.
 struct Demand {
   // The share beyond a limit of distance.
   struct Probe {
@@ -24,6 +24,14 @@ struct Demand {
   double square = 0;
 
   bool met() const { return probes.empty() && mean == 0 && square == 0; }
+
+  // Whether a lower function can narrow the part: it is at most the corners' distances.
+  bool needs_low(const Part& part) const {
+    double farthest = 0;
+    for (const Corner& corner : part.corners) farthest = std::max(farthest, corner.distance);
+    return mean > 0 || square > 0 ||
+           std::any_of(probes.begin(), probes.end(), [&](const Probe& probe) { return farthest > probe.up; });
+  }
 
   // The largest of the part's widths in tolerances, times its weight.
   double contribution(const Part& part) const {

@@ -5,7 +5,7 @@
 // So the part of the piece where d > t has at least the area where low > t and at most that where high > t, and the
 // mean of d lies between their means.
 //
-// Rounding (rounding.h R12): the shares err by less than kShareError absolutely; means of `high` by kMeanError
+// Rounding (rounding.h R12): the shares err by less than kShareSlack absolutely; means of `high` by kMeanSlack
 // relatively; the other functions round down themselves.
 #pragma once
 

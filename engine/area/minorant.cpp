@@ -190,8 +190,8 @@ std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>
     work.triangle_tests += kTestsOfOne * kLanes;
     if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
   }
-  if (minorant.most() <= 0) return Linear{};
-  return minorant.sum() > least_sum ? minorant.values() : kNoMinorant;
+  const Linear found = minorant.most() > 0 ? minorant.values() : Linear{};
+  return found[0] + found[1] + found[2] > least_sum ? found : kNoMinorant;
 }
 
 }  // namespace meshgauge

@@ -72,14 +72,14 @@ Linear PartBounder::high_of(const Part& part, Work& work) {
     }
     if (sum(high) < sum(best)) best = high;
   }
-  lower_by_overlay(part, best, work);
+  tighten_by_overlay(part, best, work);
   for (double& value : best) value += slack_high(part.depth);
   return best;
 }
 
 // Where several triangles of B lie under the part, none of them bounds it well. The overlay bounds the distance above
 // the linear function of the corners' distances.
-void PartBounder::lower_by_overlay(const Part& part, Linear& high, Work& work) {
+void PartBounder::tighten_by_overlay(const Part& part, Linear& high, Work& work) {
   constexpr double kLoose = 1.02;  // below that many times the distances, little is to be gained
   constexpr std::size_t kMaxVisits = 32;
   const auto& [a, b, c] = part.corners;
@@ -182,7 +182,11 @@ bool PartBounder::can_narrow(const Part& part) const {
   double width = 0;
   for (std::size_t i = 0; i < 3; ++i) width = std::max(width, part.enclosure.high[i] - part.enclosure.low[i]);
   if (width <= 4 * (slack_high(part.depth) + slack_low(part.depth))) return false;
-  return !part.has_low || (part.depth < rounding::kDepthAllowance && longest(part.corners) >= rounding::kSmallestPiece);
+  return !part.has_low || can_split(part);
+}
+
+bool PartBounder::can_split(const Part& part) const {
+  return part.depth < rounding::kDepthAllowance && longest(part.corners) >= rounding::kSmallestPiece;
 }
 
 }  // namespace meshgauge

@@ -40,17 +40,19 @@ class PartBounder {
   Part whole(const std::array<Corner, 3>& corners, double weight, Work& work);
   // Adds a lower function. False: `stop` returned true; the part is unchanged.
   bool bound_below(Part& part, Work& work, const Interrupted* stop);
-  // Cuts the part in two, each enclosed as the whole or more narrowly, without a lower function of its own. nullopt:
-  // `stop` returned true.
+  // Cuts the part in two, each with the functions of the whole or narrower ones, without a lower one of its own.
+  // nullopt: `stop` returned true.
   std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop);
   // Whether more work can narrow the enclosure: rounding is not most of its width, nor all of the part.
   bool can_narrow(const Part& part) const;
+  // Whether rounding allows another cut.
+  bool can_split(const Part& part) const;
 
  private:
   double slack_high(std::uint32_t depth) const;
   double slack_low(std::uint32_t depth) const;
   Linear high_of(const Part& part, Work& work);
-  void lower_by_overlay(const Part& part, Linear& high, Work& work);
+  void tighten_by_overlay(const Part& part, Linear& high, Work& work);
   PartCut cut_of(const Part& part) const;
   std::optional<double> crease(const Corner& a, const Corner& b, double length) const;
 

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
+#include <vector>
 
 #include "engine/conclusion.h"
+#include "engine/mesh_index.h"
 #include "engine/rounding.h"
 #include "engine/search.h"
 #include "engine/sweep.h"
@@ -28,34 +31,32 @@ class AreaMonitor final : public Monitor {
   Control& control_;
 };
 
-class Sorter {
+class PlaceFinder {
  public:
   // By R3, R4 and the input error, a computed bound of `low` less the slack shows `within`.
-  Sorter(const AreaDirection& in, double low, double high)
+  PlaceFinder(const AreaDirection& in, double low, double high)
       : in_(in),
         slack_(rounding::upper_slack(in.to.residual(), 0) + in.error + 32 * rounding::kUnit),
         low_(low - slack_),
         high_(high + slack_) {
-    places_.resize(in.from.triangles.size());
-    std::fill(places_.begin(), places_.end(), Place::unknown);
+    places_.assign(in.from.triangles.size(), Place::unknown);
   }
 
   std::optional<LargeArray<Place>> run() {
-    if (!sort_blocks()) return std::nullopt;
+    if (!place_blocks()) return std::nullopt;
     if (unknown_ * kWorthASweep >= places_.size() && low_ > 0 && !sweep_within()) return std::nullopt;
     return std::move(places_);
   }
 
  private:
   // With c the middle of a block's box and r half its diagonal: d(c,B) - r <= d(x,B) <= d(c,B) + r for its points x.
-  bool sort_blocks() {
+  bool place_blocks() {
     std::atomic<bool> stopped{false};
     std::atomic<std::size_t> unknown{0};
-    const Interrupted stop = [this] { return in_.control.check() != Interruption::none; };
     const std::size_t size = in_.options.thresholds.block;  // consecutive triangles are neighbours in space
     const std::size_t count = (places_.size() + size - 1) / size;
     in_.pool.run((count + kBlocksATask - 1) / kBlocksATask, [&](std::size_t, std::size_t task) {
-      if (stopped || stop()) stopped = true;
+      if (stopped || stop_()) stopped = true;
       std::uint32_t hint = Nearest::kNone;
       Work work;
       for (std::size_t b = task * kBlocksATask; b < std::min(count, (task + 1) * kBlocksATask) && !stopped; ++b) {
@@ -65,13 +66,13 @@ class Sorter {
           for (int i = 0; i < 3; ++i) box.extend(in_.from.view().corner(t, i));
         }
         const Vec3 centre = (box.low + box.high) * 0.5;
-        const Corner found = nearest_corner(in_.to, centre, work, &stop, hint);
+        const Corner found = nearest_corner(in_.to, centre, work, &stop_, hint);
         hint = found.slot;
         if (!found.complete) stopped = true;
         const double radius = farthest_of_box(box, centre) + rounding::kDistanceSlack;
         Place place = found.distance + radius <= low_ ? Place::within : Place::unknown;
         if (found.distance - radius > high_) {
-          const auto below = certified_distance_below(in_.to, centre, &stop);
+          const auto below = certified_distance_below(in_.to, centre, &stop_);
           if (!below) stopped = true;
           if (below && *below - radius > high_) place = Place::beyond;
         }
@@ -83,7 +84,8 @@ class Sorter {
     return !stopped;
   }
 
-  // What the sweep drops has a computed bound of at most `cull_at`.
+  // What the sweep drops has a computed bound of at most `cull_at`. False: interrupted; without the memory for it,
+  // nothing changes.
   bool sweep_within() {
     AreaMonitor monitor(in_.control);
     Goal goal;
@@ -91,19 +93,18 @@ class Sorter {
     Search search(in_.from.view(), in_.from.box, in_.to, goal, 0, monitor, in_.pool);
     search.set_options(in_.options);
     search.set_adjacency_source([this] { return &in_.adjacency; });
-    if (sweep(search, in_.from, in_.to_mesh)) return false;
-    for (Place& place : places_) {
-      if (place == Place::unknown) place = Place::within;
-    }
+    if (const auto why = sweep(search, in_.from, in_.to_mesh)) return *why == Stop::budget;
     search.depth_first();
-    while (!search.empty()) {
-      Place& place = places_[search.pop().triangle];
-      if (place == Place::within) place = Place::unknown;
-    }
-    return true;
+    std::vector<bool> kept(places_.size());
+    const std::size_t count = search.waiting();
+    return each_unless(stop_, count, [&](std::size_t) { kept[search.pop().triangle] = true; }) &&
+           each_unless(stop_, places_.size(), [&](std::size_t t) {
+             if (places_[t] == Place::unknown && !kept[t]) places_[t] = Place::within;
+           });
   }
 
   const AreaDirection& in_;
+  const Interrupted stop_ = [this] { return in_.control.check() != Interruption::none; };
   const double slack_;
   const double low_, high_;
   LargeArray<Place> places_;
@@ -113,7 +114,7 @@ class Sorter {
 }  // namespace
 
 std::optional<LargeArray<Place>> places_of(const AreaDirection& direction, double low, double high) {
-  return Sorter(direction, low, high).run();
+  return PlaceFinder(direction, low, high).run();
 }
 
 }  // namespace meshgauge

@@ -16,8 +16,7 @@ enum class Place : std::uint8_t {
   unknown,  // neither is known
 };
 
-// Returns the place of each triangle of `direction.from`; lengths in frame units. nullopt: interrupted, or over the
-// budget.
+// Returns the place of each triangle of `direction.from`; lengths in frame units. nullopt: interrupted.
 std::optional<LargeArray<Place>> places_of(const AreaDirection& direction, double low, double high);
 
 }  // namespace meshgauge

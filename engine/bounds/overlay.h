@@ -45,8 +45,7 @@
 //     which is at most 32u, or the attempt fails. kOverlaySlack = 128u is added to the result.
 //
 //  7. A base changes by at most twice what a point errs by, 6: 2 * 78u; its value errs by 64u, once there and once
-//  where
-//     the caller adds it. kOverlayBaseSlack = 512u is added instead.
+//     where the caller adds it. kOverlayBaseSlack = 512u is added instead.
 #pragma once
 
 #include <optional>

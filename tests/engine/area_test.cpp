@@ -157,7 +157,10 @@ TEST_CASE("area: degenerate triangles weigh nothing, and a mesh of them alone ha
   const auto first = static_cast<std::uint32_t>(a.positions.size());
   a.positions.insert(a.positions.end(), {{0, 0, 5}, {1, 0, 5}, {2, 0, 5}});
   a.triangles.push_back({first, first + 1, first + 2});
+  AreaOptions share;
+  share.beyond = {{0.25, {}}};
   CHECK(holds(from_a(a, plane(), everything({0.25})).beyond[0], 0.75));
+  CHECK(holds(from_a(a, plane(), share).beyond[0], 0.75));
   a.triangles.erase(a.triangles.begin(), a.triangles.begin() + 2);
   const AreaBounds none = from_a(a, plane(), everything({0.25}));
   CHECK(none.stop == AreaStop::no_area);
@@ -244,28 +247,32 @@ TEST_CASE("area: the same bits for any number of threads and every instruction s
 
 TEST_CASE("area: an interruption at any check leaves intervals that hold") {
   const Mesh a = shapes::sphere(5, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(4);
-  AreaOptions asked = everything({0.05, 0.15});
-  asked.share_tolerance = asked.length_tolerance = 5e-2;
-  Control whole;
-  const Outcome exact = measured(a, b, asked, whole);
-  const AreaBounds& narrow = *exact.areas->a_to_b;
-  REQUIRE(narrow.stop == AreaStop::complete);
-  const auto meet = [](const AreaInterval& x, const AreaInterval& y) {
-    return x.lower <= y.upper && y.lower <= x.upper && x.lower <= x.upper;
-  };
-  bool was_interrupted = false;
-  for (std::uint64_t at = 1; at <= whole.checks(); at += 1 + whole.checks() / 40) {
-    CAPTURE(at);
-    Control control;
-    control.cancel_at_check(at);
-    const AreaBounds found = *measured(a, b, asked, control).areas->a_to_b;
-    was_interrupted = was_interrupted || found.stop == AreaStop::cancelled;
-    for (std::size_t k = 0; k < 2; ++k) CHECK(meet(found.beyond[k], narrow.beyond[k]));
-    for (std::size_t q = 0; q < 3; ++q) CHECK(meet(found.quantiles[q], narrow.quantiles[q]));
-    CHECK(meet(*found.mean, *narrow.mean));
-    CHECK(meet(*found.rms, *narrow.rms));
+  AreaOptions shares;
+  shares.beyond = {{0.05, {}}, {0.15, {}}};
+  for (AreaOptions asked : {everything({0.05, 0.15}), shares}) {
+    CAPTURE(asked.mean);
+    asked.share_tolerance = asked.length_tolerance = 5e-2;
+    Control whole;
+    const Outcome exact = measured(a, b, asked, whole);
+    const AreaBounds& narrow = *exact.areas->a_to_b;
+    REQUIRE(narrow.stop == AreaStop::complete);
+    const auto meet = [](const AreaInterval& x, const AreaInterval& y) {
+      return x.lower <= y.upper && y.lower <= x.upper && x.lower <= x.upper;
+    };
+    bool was_interrupted = false;
+    for (std::uint64_t at = 1; at <= whole.checks(); at += 1 + whole.checks() / 40) {
+      CAPTURE(at);
+      Control control;
+      control.cancel_at_check(at);
+      const AreaBounds found = *measured(a, b, asked, control).areas->a_to_b;
+      was_interrupted = was_interrupted || found.stop == AreaStop::cancelled;
+      for (std::size_t k = 0; k < 2; ++k) CHECK(meet(found.beyond[k], narrow.beyond[k]));
+      for (std::size_t q = 0; q < asked.quantiles.size(); ++q) CHECK(meet(found.quantiles[q], narrow.quantiles[q]));
+      if (asked.mean) CHECK(meet(*found.mean, *narrow.mean));
+      if (asked.mean) CHECK(meet(*found.rms, *narrow.rms));
+    }
+    CHECK(was_interrupted);
   }
-  CHECK(was_interrupted);
 }
 
 TEST_CASE("area: sampled estimates meet the intervals within four of their standard errors") {
@@ -355,5 +362,9 @@ TEST_CASE("area: intervals hold with little memory and few work items") {
     CHECK(meets(found.beyond[0], whole.beyond[0]));
     CHECK(meets(found.quantiles[1], whole.quantiles[1]));
     CHECK(meets(*found.mean, *whole.mean));
+    options.areas->quantiles.clear();
+    options.areas->mean = false;
+    const AreaBounds share = measure(a, b, options, control).areas->a_to_b.value();
+    CHECK(meets(share.beyond[0], whole.beyond[0]));
   }
 }

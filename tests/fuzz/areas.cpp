@@ -3,15 +3,17 @@
 //   fuzz_areas [--pairs N] [--seed S]
 //
 // Each interval must meet the bracket of tests/oracle/area.h, whenever and for whatever reason the search ends, and two
-// threads must give the bits of one, unless shares alone are asked for. Exits with 1 at the first violation, whose pair
-// it prints.
+// threads must give the bits of one if they start from the same bound, unless shares alone are asked for. Exits with 1
+// at the first violation, whose pair it prints.
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "engine/hausdorff.h"
+#include "engine/prepared.h"
 #include "fuzz/attack.h"
 #include "fuzz/dice.h"
 #include "fuzz/generate.h"
@@ -26,14 +28,45 @@ constexpr long double kRounding = 1e-9L;  // of the bracket itself, relative to 
 struct Asked {
   Options options;
   std::uint64_t cancel_at = 0;  // 0: never
+  // The meshes that are measured stand for those of the pair, with these errors.
+  Mesh a, b;
+  double error_a = 0, error_b = 0;
 };
 
-Asked ask(fuzz::Dice& dice, double upper) {
+// Moves each vertex by up to `most` on each axis. Returns an upper bound of the largest movement.
+double shake(fuzz::Dice& dice, double most, Mesh& mesh) {
+  double moved = 0;
+  for (Vec3& p : mesh.positions) {
+    const Vec3 q = p + most * Vec3(dice.uniform(-1, 1), dice.uniform(-1, 1), dice.uniform(-1, 1));
+    moved = std::max(moved, (q - p).norm());
+    p = q;
+  }
+  return moved * (1 + 1e-12);
+}
+
+double limit_of(fuzz::Dice& dice, double upper, const std::vector<AreaOptions::Beyond>& others) {
+  if (dice.chance(0.1)) return 0;
+  if (dice.chance(0.1)) return upper * (1 + 1e-15 * dice.uniform(-5, 5));
+  if (!others.empty() && dice.chance(0.1)) return others[0].distance;
+  return upper * dice.uniform(0, 1.1);
+}
+
+Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   Asked asked;
+  asked.a = pair.a;
+  asked.b = pair.b;
+  if (upper > 1e-100 && upper < 1e100 && dice.chance(0.2)) {
+    const double most = upper * dice.power(-6, -1);
+    asked.error_a = shake(dice, most, asked.a);
+    asked.error_b = shake(dice, most, asked.b);
+  }
   asked.options.direction = Direction::a_to_b;
-  asked.options.max_work_items = dice.chance(0.1) ? 3 : 1500;
+  asked.options.max_work_items = dice.chance(0.1) ? dice.below(4) : 1500;
+  if (dice.chance(0.03)) asked.options.max_memory_bytes = 1000 * (1 + dice.below(40));
+  const auto simd = supported_simd();
+  asked.options.simd = simd[dice.below(static_cast<std::uint32_t>(simd.size()))];
   AreaOptions areas;
-  areas.beyond.push_back({dice.chance(0.1) ? 0 : upper * dice.uniform(0, 1.1), {}});
+  for (std::size_t k = 1 + dice.below(3); k > 0; --k) areas.beyond.push_back({limit_of(dice, upper, areas.beyond), {}});
   if (dice.chance(0.2)) areas.beyond[0].max_share = dice.unit();
   if (dice.chance(0.5)) {
     areas.quantiles.push_back(dice.uniform(0.01, 0.99));
@@ -48,12 +81,15 @@ Asked ask(fuzz::Dice& dice, double upper) {
   return asked;
 }
 
-Outcome run(const fuzz::Pair& pair, const Asked& asked, unsigned threads) {
+Outcome run(const Asked& asked, unsigned threads) {
   Control control;
   if (asked.cancel_at) control.cancel_at_check(asked.cancel_at);
   Options options = asked.options;
   options.threads = threads;
-  return measure(pair.a, pair.b, options, control);
+  const auto prepared = [](const Mesh& mesh, double error) {
+    return Prepared(mesh, Prepared::Use::once, nullptr, std::nullopt, error);
+  };
+  return measure(prepared(asked.a, asked.error_a), prepared(asked.b, asked.error_b), options, control);
 }
 
 bool meets(const AreaInterval& found, const oracle::AreaBracket& bracket, long double slack) {
@@ -64,24 +100,27 @@ bool same(const AreaBounds& x, const AreaBounds& y) {
   const auto equal = [](const AreaInterval& a, const AreaInterval& b) {
     return a.lower == b.lower && a.upper == b.upper;
   };
-  return equal(x.beyond[0], y.beyond[0]) && equal(x.quantiles[0], y.quantiles[0]) &&
-         (!x.mean || (equal(*x.mean, *y.mean) && equal(*x.rms, *y.rms)));
+  return std::equal(x.beyond.begin(), x.beyond.end(), y.beyond.begin(), equal) &&
+         equal(x.quantiles[0], y.quantiles[0]) && (!x.mean || (equal(*x.mean, *y.mean) && equal(*x.rms, *y.rms)));
 }
 
 // The name of what is violated; empty: nothing.
 std::string judge(const fuzz::Pair& pair, const Asked& asked, const AreaBounds& found) {
-  const auto limit = static_cast<long double>(asked.options.areas->beyond[0].distance);
-  const auto cells = oracle::area_cells(pair.a, pair.b, 3, limit, 6);
-  const long double area = oracle::total_area(cells);
+  std::vector<oracle::AreaCell> cells;
   long double size = 0;
-  for (const auto& cell : cells) size = std::max(size, cell.high);
-  if (!(area > 0) || !std::isfinite(static_cast<double>(area)) ||
-      !std::isfinite(static_cast<double>(area * size * size)))
-    return "";
-  // A limit within the rounding of the bracket may lie on either side.
-  oracle::AreaBracket share = oracle::share_beyond(cells, limit - size * kRounding);
-  share.low = oracle::share_beyond(cells, limit + size * kRounding).low;
-  if (!meets(found.beyond[0], share, kRounding)) return "share";
+  for (std::size_t k = 0; k < found.beyond.size(); ++k) {
+    const auto limit = static_cast<long double>(asked.options.areas->beyond[k].distance);
+    cells = oracle::area_cells(pair.a, pair.b, 3, limit, 6);
+    const long double area = oracle::total_area(cells);
+    for (const auto& cell : cells) size = std::max(size, cell.high);
+    if (!(area > 0) || !std::isfinite(static_cast<double>(area)) ||
+        !std::isfinite(static_cast<double>(area * size * size)))
+      return "";
+    // A limit within the rounding of the bracket may lie on either side.
+    oracle::AreaBracket share = oracle::share_beyond(cells, limit - size * kRounding);
+    share.low = oracle::share_beyond(cells, limit + size * kRounding).low;
+    if (!meets(found.beyond[k], share, kRounding)) return "share";
+  }
   if (found.quantiles.empty()) return "";
   const double p = asked.options.areas->quantiles[0];
   oracle::AreaBracket quantile = oracle::quantile(cells, static_cast<long double>(p) - kRounding);
@@ -105,23 +144,28 @@ bool attack(std::uint64_t seed, std::uint64_t& complete) {
   Options plain;
   plain.direction = Direction::a_to_b;
   Control control;
-  const Asked asked = ask(dice, measure(pair.a, pair.b, plain, control).upper);
-  const AreaBounds found = *run(pair, asked, 1).areas->a_to_b;
+  const Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
+  const Outcome outcome = run(asked, 1);
+  const AreaBounds& found = *outcome.areas->a_to_b;
   complete += found.stop == AreaStop::complete ? 1 : 0;
   std::string violated = judge(pair, asked, found);
   if (!asked.cancel_at && violated.empty() && dice.chance(0.05)) {
-    const AreaBounds again = *run(pair, asked, 2).areas->a_to_b;
-    violated = judge(pair, asked, again);
-    if (!found.quantiles.empty() && !same(found, again)) violated = "threads";
+    const Outcome again = run(asked, 2);
+    violated = judge(pair, asked, *again.areas->a_to_b);
+    const bool is_same_start = outcome.a_to_b->bounds.upper == again.a_to_b->bounds.upper;
+    if (is_same_start && !found.quantiles.empty() && !same(found, *again.areas->a_to_b)) violated = "threads";
   }
   if (violated.empty()) return true;
   std::printf("VIOLATION of '%s', seed %llu: %s\n", violated.c_str(), static_cast<unsigned long long>(seed),
               pair.what.c_str());
-  std::printf("beyond %.17g: [%.17g, %.17g]\n", asked.options.areas->beyond[0].distance, found.beyond[0].lower,
-              found.beyond[0].upper);
+  for (std::size_t k = 0; k < found.beyond.size(); ++k) {
+    std::printf("beyond %.17g: [%.17g, %.17g]\n", asked.options.areas->beyond[k].distance, found.beyond[k].lower,
+                found.beyond[k].upper);
+  }
   for (const AreaInterval& q : found.quantiles) {
     std::printf("quantile %.17g: [%.17g, %.17g]\n", asked.options.areas->quantiles[0], q.lower, q.upper);
   }
+  std::printf("the measured meshes err by %.17g and %.17g\n", asked.error_a, asked.error_b);
   print(pair.a, "a.obj");
   print(pair.b, "b.obj");
   return false;
