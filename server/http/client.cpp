@@ -15,6 +15,9 @@ using api::ProblemKind;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kDiscardTime{5'000};  // for the rest of a body that was refused
+// Discarding a long rest costs more than a new connection, and most clients that are refused send no more of it.
+constexpr std::uint64_t kLongRest = std::uint64_t{256} << 10;
+constexpr milliseconds kRefusedPause{20};  // for the client to see the refusal
 constexpr milliseconds kLingerTime{1'000};   // for a client to close
 constexpr std::size_t kDiscardPiece = std::size_t{1} << 20;
 
@@ -54,6 +57,8 @@ void Client::ready() {
       return go_on();
     case Phase::waiting:
       return check_gone();
+    case Phase::pausing:
+      return close();
     case Phase::discarding:
       return discard();
     case Phase::leaving:
@@ -67,6 +72,7 @@ void Client::late() {
   if (phase_ == Phase::head) return refuse(not_arrived(Lost::timeout, "head", edge_.settings.head_timeout_ms));
   if (phase_ == Phase::waiting || phase_ == Phase::body) return go_on();
   if (phase_ == Phase::sending) return apply(serving_->end(false));
+  if (phase_ == Phase::pausing) return begin_discarding();
   if (phase_ == Phase::discarding) return leave();
   if (phase_ != Phase::serving) close();
 }
@@ -220,6 +226,12 @@ void Client::keep() {
   connection_.consume(static_cast<std::size_t>(arrived));
   to_discard_ -= arrived;
   if (to_discard_ == 0) return await_request();
+  if (to_discard_ < kLongRest) return begin_discarding();
+  begin(Phase::pausing, in(kRefusedPause));
+  want(EPOLLRDHUP);
+}
+
+void Client::begin_discarding() {
   begin(Phase::discarding, in(kDiscardTime));
   discard();
 }

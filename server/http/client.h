@@ -32,7 +32,7 @@ class Client final : public EventLoop::Source {
 
  private:
   using Step = Transport::Step;
-  enum class Phase { hello, handshake, idle, head, serving, body, sending, waiting, discarding, leaving };
+  enum class Phase { hello, handshake, idle, head, serving, body, sending, waiting, pausing, discarding, leaving };
 
   void begin(Phase phase, Clock::time_point deadline);
   void await(Step step);
@@ -47,6 +47,7 @@ class Client final : public EventLoop::Source {
   void apply(const Serving::State& state);
   void check_gone();
   void keep();
+  void begin_discarding();
   void discard();
   void leave();
   void linger();
