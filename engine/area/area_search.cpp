@@ -321,11 +321,12 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
       const auto bound = [&](Part& part) {
         if (!bounders_[worker].bound_below(part, works[worker], &stop_)) stopped = true;
       };
-      if (!refined.first.has_low && (demand.needs_low(refined.first) || !bounders_[worker].can_split(refined.first))) {
+      const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounders_[worker].floor_of(part)); };
+      if (!refined.first.has_low && (needs_low(refined.first) || !bounders_[worker].can_split(refined.first))) {
         bound(refined.first);
       } else if (auto parts = bounders_[worker].split(refined.first, works[worker], &stop_)) {
         for (Part& half : *parts) {
-          if (demand.needs_low(half) && demand.contribution(half) > 0) bound(half);
+          if (needs_low(half) && demand.contribution(half) > 0) bound(half);
         }
         refined = {(*parts)[0], (*parts)[1], true};
       } else {

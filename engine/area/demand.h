@@ -25,12 +25,13 @@ struct Demand {
 
   bool met() const { return probes.empty() && mean == 0 && square == 0; }
 
-  // Whether a lower function can narrow the part: it is at most the corners' distances.
-  bool needs_low(const Part& part) const {
+  // Whether a lower function can narrow the part: it is at most the corners' distances. Or shows that nothing can:
+  // `near` is how far rounding keeps the part from a limit.
+  bool needs_low(const Part& part, double near) const {
     double farthest = 0;
     for (const Corner& corner : part.corners) farthest = std::max(farthest, corner.distance);
     return mean > 0 || square > 0 ||
-           std::any_of(probes.begin(), probes.end(), [&](const Probe& probe) { return farthest > probe.up; });
+           std::any_of(probes.begin(), probes.end(), [&](const Probe& probe) { return farthest + near > probe.up; });
   }
 
   // The largest of the part's widths in tolerances, times its weight.

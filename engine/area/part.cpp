@@ -181,7 +181,7 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
 bool PartBounder::can_narrow(const Part& part) const {
   double width = 0;
   for (std::size_t i = 0; i < 3; ++i) width = std::max(width, part.enclosure.high[i] - part.enclosure.low[i]);
-  if (width <= 4 * (slack_high(part.depth) + slack_low(part.depth))) return false;
+  if (width <= floor_of(part)) return false;
   return !part.has_low || can_split(part);
 }
 

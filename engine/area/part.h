@@ -45,6 +45,8 @@ class PartBounder {
   std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop);
   // Whether more work can narrow the enclosure: rounding is not most of its width, nor all of the part.
   bool can_narrow(const Part& part) const;
+  // The width that can_narrow() takes for rounding's.
+  double floor_of(const Part& part) const { return 4 * (slack_high(part.depth) + slack_low(part.depth)); }
   // Whether rounding allows another cut.
   bool can_split(const Part& part) const;
 

@@ -142,6 +142,14 @@ TEST_CASE("area: a cube and a moved one, in both directions and far from 0") {
   }
 }
 
+TEST_CASE("area: a share alone is left undecided at once where the distance equals the limit everywhere") {
+  AreaOptions asked;
+  asked.beyond = {{0.5, {}}};
+  const AreaBounds found = from_a(shapes::grid(3, 1, 0.5), plane(), asked);
+  CHECK(found.stop == AreaStop::precision_floor);
+  CHECK(found.pieces < 1000);
+}
+
 TEST_CASE("area: a distance that equals the limit everywhere is left undecided, at once") {
   const AreaBounds found = from_a(shapes::grid(3, 1, 0.5), plane(), everything({0.5}));
   CHECK(found.stop == AreaStop::precision_floor);
