@@ -1,6 +1,9 @@
 #include "api/gate.h"
 
 #include <algorithm>
+#include <string>
+
+#include "api/refused.h"
 
 namespace meshgauge::api {
 namespace {
@@ -17,16 +20,26 @@ std::string_view to_string(Verdict verdict) {
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
-Verdict verdict_within(double lower, double upper, double limit) {
-  if (upper <= limit) return Verdict::pass;
-  return lower > limit ? Verdict::fail : Verdict::undecided;
+Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_view name) {
+  const double u = options.uncertainty;
+  const auto& area = options.max_share_beyond;
+  if (u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u)) return Done{};
+  return refused(std::string(name) + " must not be above the distance that may not be exceeded: nothing could pass",
+                 "options", std::string(name));
+}
+
+Verdict verdict_within(double lower, double upper, double limit, double uncertainty) {
+  if (upper <= limit - uncertainty) return Verdict::pass;
+  return lower > limit + uncertainty ? Verdict::fail : Verdict::undecided;
 }
 
 Options engine_options(const ComparisonOptions& options) {
   Options engine = options;
   if (!options.max_share_beyond) return engine;
   if (!engine.areas) engine.areas.emplace();
-  engine.areas->beyond.push_back({options.max_share_beyond->distance, options.max_share_beyond->share});
+  const auto& [distance, share] = *options.max_share_beyond;
+  if (options.uncertainty > 0) engine.areas->beyond.push_back({distance - options.uncertainty, share});
+  engine.areas->beyond.push_back({distance + options.uncertainty, share});
   return engine;
 }
 
@@ -35,15 +48,18 @@ std::optional<AreaInterval> share_beyond(const Outcome& outcome, const Compariso
   AreaInterval share;
   for (const auto* direction : {&outcome.areas->a_to_b, &outcome.areas->b_to_a}) {
     if (!*direction) continue;
-    const AreaInterval& found = (*direction)->beyond.back();
-    share = {std::max(share.lower, found.lower), std::max(share.upper, found.upper)};
+    const auto& beyond = (*direction)->beyond;
+    const AreaInterval& least = beyond.back();
+    const AreaInterval& most = beyond[beyond.size() - (options.uncertainty > 0 ? 2 : 1)];
+    share = {std::max(share.lower, least.lower), std::max(share.upper, most.upper)};
   }
   return share;
 }
 
 std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options) {
   std::optional<Verdict> found;
-  if (options.max_distance) found = verdict_within(outcome.lower, outcome.upper, *options.max_distance);
+  if (options.max_distance)
+    found = verdict_within(outcome.lower, outcome.upper, *options.max_distance, options.uncertainty);
   if (const auto share = share_beyond(outcome, options)) {
     const Verdict of_share = verdict_within(share->lower, share->upper, options.max_share_beyond->share);
     found = found ? worst(*found, of_share) : of_share;

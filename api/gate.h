@@ -6,6 +6,7 @@
 
 #include "api/comparison_options.h"
 #include "engine/outcome.h"
+#include "engine/result.h"
 
 namespace meshgauge::api {
 
@@ -13,14 +14,20 @@ enum class Verdict { pass, fail, undecided };
 
 std::string_view to_string(Verdict verdict);
 
-// Returns pass when what lies in [lower, upper] is certainly at most `limit` (upper <= limit), fail when it is
-// certainly above (lower > limit), undecided when the limit lies inside the interval.
-Verdict verdict_within(double lower, double upper, double limit);
+// Returns the error for an uncertainty above a limit of the distance or of the area's distance: nothing could pass.
+// `name`: a JSON pointer or a flag, for the message and Error::where.
+Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_view name);
+
+// Returns pass when what lies in [lower, upper] is certainly at most `limit` (upper <= limit - uncertainty), fail when
+// it is certainly above (lower > limit + uncertainty), undecided when the limit lies inside the interval.
+Verdict verdict_within(double lower, double upper, double limit, double uncertainty = 0);
 
 // Returns the engine's options, with the question that max_share_beyond asks of the areas at the end of theirs.
+// With an uncertainty U it is two: of its distance less U, then plus U.
 Options engine_options(const ComparisonOptions& options);
 
 // Returns the share of the area that is farther than max_share_beyond's distance, in the direction where it is largest;
+// with an uncertainty U, from the share beyond the distance plus U to that beyond the distance less U;
 // nullopt: without max_share_beyond.
 std::optional<AreaInterval> share_beyond(const Outcome& outcome, const ComparisonOptions& options);
 

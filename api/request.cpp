@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/gate.h"
 #include "api/json_filter.h"
 #include "api/names.h"
 #include "api/refused.h"
@@ -170,15 +171,20 @@ Result<Done> read_max_share_beyond(const JsonValue& value, const std::string& po
   return Done{};
 }
 
+Result<Done> read_uncertainty(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kMaxDistanceRange, pointer, reading.request.options.uncertainty);
+}
+
 Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"max_distance", read_max_distance},
                                       {"max_share_beyond", read_max_share_beyond},
+                                      {"uncertainty", read_uncertainty},
                                       {"units", read_gate_unit},
                                       {"narrow", read_narrow}};
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!has_limit(reading.request.options))
     return invalid(pointer, pointer + " needs max_distance, max_share_beyond, or both");
-  return Done{};
+  return check_uncertainty(reading.request.options, pointer + "/uncertainty");
 }
 
 Result<Done> read_work_items(const JsonValue& value, const std::string& pointer, Reading& reading) {

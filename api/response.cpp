@@ -39,6 +39,7 @@ Json gate(const Comparison& comparison) {
   if (!has_limit(options)) return nullptr;
   Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
   if (options.max_share_beyond) json["max_share_beyond"] = api::json_of(*options.max_share_beyond);
+  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
   json["units"] = text_or_null(limit_unit_name(options.units));
   return json;
 }

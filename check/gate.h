@@ -53,6 +53,7 @@ struct Gate {
   std::filesystem::path baseline;
   Limit limit;                          // max_distance
   std::optional<AreaLimit> area_limit;  // max_share_beyond; its distance has the unit of `limit`, where both are given
+  Limit uncertainty;                    // of the distances, ISO 14253-1; in the unit of the limits
   // Holds direction, strategy, points, tolerance, threads and the declared units; options_of() adds the limits.
   api::ComparisonOptions options = gate_options();
   bool threads_given = false;                 // false: the run decides
@@ -69,6 +70,7 @@ struct Gate {
 struct Limits {
   std::optional<double> max_distance;
   std::optional<api::ShareLimit> max_share_beyond;
+  double uncertainty = 0;
 };
 
 // The distance that has the gate's unit.
@@ -87,6 +89,7 @@ inline Limits limits_of(const Gate& gate, double baseline_diagonal) {
   Limits limits;
   if (gate.limit.is_given()) limits.max_distance = length(gate.limit);
   if (gate.area_limit) limits.max_share_beyond = {length(gate.area_limit->distance), gate.area_limit->share};
+  limits.uncertainty = length(gate.uncertainty);
   return limits;
 }
 
@@ -95,6 +98,7 @@ inline api::ComparisonOptions options_of(const Gate& gate, const Limits& limits)
   api::ComparisonOptions options = gate.options;
   options.max_distance = limits.max_distance;
   options.max_share_beyond = limits.max_share_beyond;
+  options.uncertainty = limits.uncertainty;
   options.units.limit = main_limit(gate).unit;
   options.units.limit_of_b = has_diagonal_share(gate);
   if (!limits.max_distance && !gate.tolerance_given) options.tolerance = kToleranceOfArea;

@@ -15,9 +15,9 @@ Error no_comparison(const std::string& why) {
   return {ErrorCode::internal, "the result is not that of a comparison: " + why, "", ""};
 }
 
-Verdict verdict_of(double lower, double upper, double limit) {
-  if (upper <= limit) return Verdict::pass;
-  return lower > limit ? Verdict::fail : Verdict::undecided;
+Verdict verdict_of(double lower, double upper, double limit, double uncertainty = 0) {
+  const auto found = api::verdict_within(lower, upper, limit, uncertainty);
+  return found == api::Verdict::pass ? Verdict::pass : found == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
 }
 
 // Replaces "mesh a" and "mesh b". Number and size of the notes are limited, since a service is untrusted.
@@ -65,9 +65,10 @@ Verdict worst(const std::vector<Criterion>& criteria) {
 }
 
 // In percent; rounded outwards, but for ends that are exact.
-Criterion criterion_of(const ShareBeyond& share) {
+Criterion criterion_of(const ShareBeyond& share, double uncertainty) {
   const double lower = 100 * share.lower, upper = 100 * share.upper;
   return {share.limit.distance,
+          uncertainty,
           100 * share.limit.share,
           share.lower > 0 ? std::nextafter(lower, 0.0) : 0,
           share.upper > 0 && share.upper < 1 ? std::nextafter(upper, 100.0) : upper,
@@ -96,9 +97,10 @@ api::ResultFacts facts_of(const Measured& measured) {
 std::vector<Criterion> criteria_of(const Measured& measured) {
   std::vector<Criterion> criteria;
   if (measured.has_max_distance)
-    criteria.push_back({std::nullopt, measured.limit, measured.lower, measured.upper, measured.status,
-                        verdict_of(measured.lower, measured.upper, measured.limit)});
-  if (measured.share_beyond) criteria.push_back(criterion_of(*measured.share_beyond));
+    criteria.push_back({std::nullopt, measured.uncertainty, measured.limit, measured.lower, measured.upper,
+                        measured.status,
+                        verdict_of(measured.lower, measured.upper, measured.limit, measured.uncertainty)});
+  if (measured.share_beyond) criteria.push_back(criterion_of(*measured.share_beyond, measured.uncertainty));
   return criteria;
 }
 
@@ -126,6 +128,7 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
   if (status == document.end() || !status->is_string()) return no_comparison("it has no status");
   Measured measured;
   measured.has_max_distance = limits.max_distance.has_value();
+  measured.uncertainty = limits.uncertainty;
   if (limits.max_share_beyond) {
     measured.share_beyond = share_from(document, *limits.max_share_beyond);
     if (!measured.share_beyond) return no_comparison("it has no share of the area beyond the limit");

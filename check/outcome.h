@@ -47,6 +47,7 @@ struct ShareBeyond {
 // One limit of a gate, and the interval of what it limits.
 struct Criterion {
   std::optional<double> beyond;  // the limit is of the area that is farther than this; nullopt: of the distance
+  double uncertainty = 0;        // of the distance, or of `beyond`; in the unit of the result
   double limit = 0;              // in the unit of the result; of the area in percent, as the following
   double lower = 0;
   double upper = 0;
@@ -59,6 +60,7 @@ struct Measured {
   nlohmann::ordered_json document;  // JSON of the whole comparison
   double limit = 0;                 // max_distance of the request, else the distance of max_share_beyond
   bool has_max_distance = true;
+  double uncertainty = 0;  // of the request
   std::optional<ShareBeyond> share_beyond;
   double lower = 0;
   double upper = 0;

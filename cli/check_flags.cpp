@@ -80,8 +80,13 @@ Result<Done> set_limits(const CheckFlags& flags, check::Gate& gate) {
     if (!limit) return bad_flag("--max-share-beyond", limit.error().message);
     gate.area_limit = *limit;
   }
+  if (flags.uncertainty) {
+    const auto found = check::parse_limit(*flags.uncertainty);
+    if (!found) return bad_flag("--uncertainty", found.error().message);
+    gate.uncertainty = *found;
+  }
   const auto ok = check::check_limits(gate);
-  return ok ? ok : bad_flag("--max-share-beyond", ok.error().message);
+  return ok ? ok : bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
 }
 
 Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
@@ -102,6 +107,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
 Result<Done> fit_manifest(const CheckFlags& flags) {
   const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
                                                 {"--max-share-beyond", flags.max_share_beyond.has_value()},
+                                                {"--uncertainty", flags.uncertainty.has_value()},
                                                 {"--unit", flags.units.both.has_value()},
                                                 {"--unit-a", flags.units.a.has_value()},
                                                 {"--unit-b", flags.units.b.has_value()},
@@ -177,6 +183,8 @@ void declare_measuring(CLI::App& command, CheckFlags& flags) {
                      "The largest distance that passes: '0.05', '0.05 mm', or '0.5 %' of the baseline's diagonal");
   command.add_option("--max-share-beyond", flags.max_share_beyond,
                      "The largest share of the area that may be farther than a distance: '0.05 mm: 1 %'");
+  command.add_option("--uncertainty", flags.uncertainty,
+                     "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
   declare(command, flags.units, "CANDIDATE", "BASELINE");
   command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
   command.add_option("--timeout", flags.timeout, "Of each gate: '60 s', '500 ms', or a number of seconds");

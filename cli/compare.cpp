@@ -39,7 +39,7 @@ struct Flags {
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
-  std::optional<std::string> max_distance, max_share_beyond;
+  std::optional<std::string> max_distance, max_share_beyond, uncertainty;
   std::vector<double> beyond, quantiles;
   std::optional<double> share_tolerance, length_tolerance;
   bool mean = false;
@@ -111,10 +111,17 @@ Result<Done> set_limits(const Flags& flags, api::ComparisonOptions& options) {
       return bad_flag("--max-share-beyond", "the distance must be a length, such as 0.05 mm, not a share");
     gate.area_limit = *limit;
   }
-  if (const auto ok = check::check_limits(gate); !ok) return bad_flag("--max-share-beyond", ok.error().message);
+  if (flags.uncertainty) {
+    const auto found = check::parse_length(*flags.uncertainty);
+    if (!found) return bad_flag("--uncertainty", found.error().message);
+    gate.uncertainty = *found;
+  }
+  if (const auto ok = check::check_limits(gate); !ok)
+    return bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
   const check::Limits limits = check::limits_of(gate, 0);
   options.max_distance = limits.max_distance;
   options.max_share_beyond = limits.max_share_beyond;
+  options.uncertainty = limits.uncertainty;
   options.units.limit = check::main_limit(gate).unit;
   if (flags.fast && !has_limit(options)) return bad_flag("--fast", "needs --max-distance or --max-share-beyond");
   options.narrow = has_limit(options) && !flags.fast;
@@ -275,6 +282,8 @@ void add_compare(CLI::App& app, int& exit_code) {
                      "Gate: stop when the distance is known to pass or fail; '0.05', or '0.05 mm'");
   command.add_option("--max-share-beyond", flags->max_share_beyond,
                      "Gate: the largest share of the area that may be farther than a distance; '0.05 mm: 1 %'");
+  command.add_option("--uncertainty", flags->uncertainty,
+                     "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
   command.add_flag("--fast", flags->fast, "End as soon as the gate is decided, without narrowing the interval");
   declare(command, flags->units, "A", "B");
   command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();

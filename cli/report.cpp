@@ -90,7 +90,7 @@ std::string limits_of(const api::ComparisonOptions& options, const Unit& unit) {
   if (const auto& limit = options.max_share_beyond)
     text += (text.empty() ? "" : ", ") + shortest(100 * limit->share) + " % of the area beyond " +
             api::with_unit(shortest(limit->distance), unit);
-  return text;
+  return text + (options.uncertainty > 0 ? ", uncertainty " + api::with_unit(shortest(options.uncertainty), unit) : "");
 }
 
 void add_times(std::string& out, const Comparison& comparison) {

@@ -61,9 +61,15 @@ void Measurement::set_goal() {
     goal_.width = pair_.frame.length_to_frame(width);
     goal_.relative = t.relative.value_or(0);
   }
-  // Lower by what the input error takes, and by the rounding of that: the search only has to get there; conclude()
-  // decides.
-  if (options_.max_distance) goal_.gate = pair_.frame.length_to_frame(*options_.max_distance - 2 * pair_.error.value());
+  if (options_.max_distance) set_gate(*options_.max_distance - options_.uncertainty);
+}
+
+// Lower by what the input error takes, and by the rounding of that: the search only has to get there; conclude()
+// decides.
+void Measurement::set_gate(double limit) {
+  limit_ = limit;
+  goal_.gate = pair_.frame.length_to_frame(limit - 2 * pair_.error.value());
+  gate_checked_at_ = -1;
 }
 
 // One query measures all of a point: without a tolerance a cloud costs no more.
@@ -88,6 +94,11 @@ void Measurement::open(std::optional<Directed>& directed, MeasuredMesh& from, Me
 
 Outcome Measurement::run() {
   conclude(search_all());
+  // The gate cannot pass any more: whether it fails is another limit.
+  if (limit_ && options_.uncertainty > 0 && outcome_.stop == Stop::gate_decided && outcome_.lower > *limit_) {
+    set_gate(*options_.max_distance + options_.uncertainty);
+    if (!gate_decided(limit_, outcome_.lower, outcome_.upper)) conclude(search_anew());
+  }
   if (options_.narrow && outcome_.stop == Stop::gate_decided) narrow();
   if (options_.areas) bound_areas();
   if (options_.statistics) sample();
@@ -102,17 +113,22 @@ std::optional<Stop> Measurement::search_all() {
   return stop;
 }
 
-// What was dropped because it is below the gate is unknown, so the meshes are built and searched anew without a gate,
-// from the lower bound on. All intervals hold, so their intersection does, and the verdict stays.
+// What was dropped because it is below the gate is unknown, so the meshes are built and searched anew with another gate
+// or none, from the lower bound on. All intervals hold, so their intersection does.
+std::optional<Stop> Measurement::search_anew() {
+  std::vector<MeasuredDirection> anew;
+  for (const MeasuredDirection& given : pair_.directions) anew.push_back({given.result, given.from, given.to});
+  pair_.directions.swap(anew);
+  return search_all();
+}
+
+// The verdict stays.
 void Measurement::narrow() {
   const NarrowingTime time(control_, begun_);
   goal_.gate.reset();
   if (!measures_points()) goal_.relative = std::max(goal_.relative, kNarrowRelative);
-  std::vector<MeasuredDirection> anew;
-  for (const MeasuredDirection& given : pair_.directions) anew.push_back({given.result, given.from, given.to});
-  pair_.directions.swap(anew);
   try {
-    search_all();
+    search_anew();
   } catch (const std::bad_alloc&) {  // the verdict is known without it
   }
   conclude(Stop::gate_decided);
@@ -212,7 +228,7 @@ bool Measurement::fails_gate(const Search& search) {
   if (!search.above_gate()) return false;
   if (search.lower() != gate_checked_at_) {
     gate_checked_at_ = search.lower();
-    gate_failed_ = certified(search).lower > *options_.max_distance;
+    gate_failed_ = certified(search).lower > *limit_;
   }
   return gate_failed_;
 }
@@ -245,7 +261,7 @@ void Measurement::conclude(std::optional<Stop> stop) {
   outcome_.met_by = rule_met(options_.tolerance, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
   if (outcome_.met_by) {
     outcome_.stop = Stop::converged;
-  } else if (gate_decided(options_.max_distance, outcome_.lower, outcome_.upper)) {
+  } else if (gate_decided(limit_, outcome_.lower, outcome_.upper)) {
     outcome_.stop = Stop::gate_decided;
   } else {
     outcome_.stop = stop.value_or(Stop::precision_floor);

@@ -36,6 +36,7 @@ class Measurement final : public Monitor {
   bool is_auto() const { return options_.strategy == Strategy::automatic; }
   void set_goal();
   bool measures_points() const;
+  void set_gate(double limit);
   void open(std::optional<Directed>& directed, MeasuredMesh& from, MeasuredMesh& to);
   std::optional<Stop> search_all();
   std::optional<Stop> build_both();
@@ -50,6 +51,7 @@ class Measurement final : public Monitor {
   void look(const Search& search);
   void report(const Search& search);
   void conclude(std::optional<Stop> stop);
+  std::optional<Stop> search_anew();
   void narrow();
   std::function<void()> teller();
   void bound_areas();
@@ -64,6 +66,7 @@ class Measurement final : public Monitor {
   ThreadPool pool_;
   MeasuredPair pair_;
   Goal goal_;
+  std::optional<double> limit_;  // at which the gate is decided now, in the meshes' unit
   Outcome outcome_;
   Directed* running_ = nullptr;  // the direction that is being searched
   const char* stage_ = "";

@@ -36,6 +36,9 @@ struct Options {
   Direction direction = Direction::symmetric;
   Tolerance tolerance{std::nullopt, 1e-6, 0.01};
   std::optional<double> max_distance;  // the gate, in the meshes' unit: stop when U <= it or L > it
+  // For a measured distance, in the meshes' unit: the gate is decided when U <= max_distance - uncertainty, or
+  // L > max_distance + uncertainty, or neither will ever hold.
+  double uncertainty = 0;
   // Once the gate is decided: search on until U - L <= L / 10 or a rule holds, for as long as it took so far, at least
   // 0.1 s and at most 1 s; a share with a max_share likewise. The verdict does not change. Without an interruption of
   // this search the bits depend on the input alone.

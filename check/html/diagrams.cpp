@@ -9,6 +9,7 @@
 #include "check/html/figures.h"
 #include "check/html/markup.h"
 #include "check/html/svg.h"
+#include "check/reports/wording.h"
 
 namespace meshgauge::check {
 namespace {
@@ -91,18 +92,20 @@ std::string icon(Verdict verdict) {
 
 std::string interval_drawing(const Criterion& criterion, const std::string& units) {
   // An unknown upper bound has no place on the axis; it extends to the end.
-  std::vector<double> values{criterion.lower, criterion.limit};
+  const double u = criterion.beyond ? 0 : criterion.uncertainty;
+  std::vector<double> values{criterion.lower, criterion.limit - u, criterion.limit + u};
   if (std::isfinite(criterion.upper)) values.push_back(criterion.upper);
   const Axis axis = axis_for(values);
-  const IntervalText text = to_text(criterion.lower, criterion.upper, criterion.limit);
+  const IntervalText text = figures_of(criterion);
   const double limit = axis.at(criterion.limit), from = axis.at(criterion.lower), to = axis.at(criterion.upper);
 
   const std::string unit = criterion.beyond ? "%" : units;
   const std::string what =
       criterion.beyond ? "The share of the area farther than " + api::with_unit(to_digits(*criterion.beyond, 6), units)
                        : "The distance";
-  std::string out =
-      box("zone pass", 0, limit, 22, 36) + box("zone fail", limit, 1, 22, 36) + box("zone-hatch", limit, 1, 22, 36);
+  std::string out = box("zone pass", 0, axis.at(criterion.limit - u), 22, 36) +
+                    box("zone fail", axis.at(criterion.limit + u), 1, 22, 36) +
+                    box("zone-hatch", axis.at(criterion.limit + u), 1, 22, 36);
   out += "<text class=\"zone-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
   out += "<text class=\"zone-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
   out += interval_bar(from, to, criterion.verdict, 34, 12);
@@ -124,8 +127,10 @@ std::string interval_line(const Criterion& criterion) {
     const double share = criterion.limit > 0 ? x / criterion.limit : x > 0 ? INFINITY : 0;
     return std::isfinite(share) ? share / (1 + share) : 1;
   };
+  const double u = criterion.beyond ? 0 : criterion.uncertainty;
+  const double pass = u > 0 ? place(criterion.limit - u) : 0.5, fail = u > 0 ? place(criterion.limit + u) : 0.5;
   std::string out =
-      box("zone pass", 0, 0.5, 3, 14) + box("zone fail", 0.5, 1, 3, 14) + box("zone-hatch", 0.5, 1, 3, 14);
+      box("zone pass", 0, pass, 3, 14) + box("zone fail", fail, 1, 3, 14) + box("zone-hatch", fail, 1, 3, 14);
   out +=
       interval_bar(place(criterion.lower), place(criterion.upper), criterion.verdict, 7, 6) + line("limit", 0.5, 0, 20);
   return "<svg class=\"interval-line\" width=\"100%\" height=\"20\" aria-hidden=\"true\">" + out + "</svg>";

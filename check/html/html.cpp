@@ -10,6 +10,7 @@
 #include "check/html/html_gate.h"
 #include "check/html/markup.h"
 #include "check/html/report_style.h"
+#include "check/reports/wording.h"
 
 namespace meshgauge::check {
 namespace {
@@ -149,7 +150,7 @@ std::string index_row(const GateOutcome& outcome, std::size_t index) {
   if (outcome.measured) {
     std::string found;
     for (const Criterion& c : criteria_of(*outcome.measured))
-      found += (found.empty() ? "" : ", ") + to_text(c.lower, c.upper, c.limit).both() + (c.beyond ? " %" : "");
+      found += (found.empty() ? "" : ", ") + figures_of(c).both() + (c.beyond ? " %" : "");
     out += "<td class=\"number\">" + found + "</td>";
     out += "<td class=\"number\">" + escaped(limit_text(outcome)) + "</td><td class=\"wide\">" +
            interval_line(foremost(*outcome.measured)) + "</td>";

@@ -14,10 +14,6 @@ namespace {
 
 using api::with_unit;
 
-IntervalText figures_of(const Criterion& criterion) {
-  return to_text(criterion.lower, criterion.upper, criterion.limit);
-}
-
 // Difference to the limit, rounded towards what the interval proves.
 std::string margin(const Criterion& criterion) {
   if (!(criterion.limit > 0)) return "";
@@ -181,6 +177,9 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
     const std::string of = criterion.beyond ? "share of the area farther than " +
                                                   with_unit(to_digits(*criterion.beyond, 6), outcome.unit())
                                             : "distance";
+    if (criterion.uncertainty > 0)
+      return "Not decided: the limit is " + limit + ", the " + of + " lies between " + text.lower + " and " +
+             with_unit(text.upper, unit) + ". ";
     return "Not decided: the limit of " + limit + " lies between the bounds of the " + of + ", " + text.lower +
            " and " + with_unit(text.upper, unit) + ". ";
   }
@@ -188,6 +187,11 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
                                              : std::string("the distance is at ") + (is_pass ? "most " : "least ") +
                                                    with_unit(is_pass ? text.upper : text.lower, unit);
   return (is_pass ? "Certainly within the limit of " : "Certainly beyond the limit of ") + limit + ": " + found + end;
+}
+
+std::string uncertainty_text(const GateOutcome& outcome) {
+  const double u = outcome.measured ? outcome.measured->uncertainty : outcome.gate.uncertainty.max_distance.value_or(0);
+  return u > 0 ? " \xC2\xB1 " + with_unit(to_digits(u, 6), outcome.unit()) : "";
 }
 
 // The limit of the distance, as the manifest says it.
@@ -212,7 +216,7 @@ std::string limit_text(const GateOutcome& outcome) {
     text += (text.empty() ? "" : ", ") + to_digits(100 * area->share, 12) + " % beyond " +
             length_text(outcome, area->distance, beyond);
   }
-  return text;
+  return text + uncertainty_text(outcome);
 }
 
 std::string sentence(const GateOutcome& outcome) {
@@ -223,7 +227,8 @@ std::string sentence(const GateOutcome& outcome) {
   std::string text;
   for (const Criterion& criterion : criteria_of(*outcome.measured)) {
     const std::string limit = criterion.beyond ? figures_of(criterion).limit + " %"
-                                               : length_text(outcome, outcome.gate.limit, figures_of(criterion).limit);
+                                               : length_text(outcome, outcome.gate.limit, figures_of(criterion).limit) +
+                                                     uncertainty_text(outcome);
     text += sentence_of(outcome, criterion, limit);
   }
   return text + "Measured " + direction_of(outcome.gate.options.direction) + ".";

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/formats/text.h"
+#include "api/gate.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
 #include "api/request.h"
@@ -102,17 +103,20 @@ Result<AreaLimit> parse_area_limit(std::string_view text) {
 }
 
 Result<Done> check_limits(const Gate& gate) {
-  if (!gate.limit.is_given() || !gate.area_limit) return Done{};
-  const Limit &one = gate.limit, &other = gate.area_limit->distance;
-  const bool same =
-      one.unit == other.unit && one.max_diagonal_share.has_value() == other.max_diagonal_share.has_value();
   const auto kind = [](const Limit& limit) {
     if (limit.max_diagonal_share) return std::string("is a share of the diagonal");
     return limit.unit ? "is in " + std::string(to_string(*limit.unit)) : std::string("has no unit");
   };
-  if (same) return Done{};
-  return refused("its distance " + kind(other) + ", and max_distance " + kind(one) +
-                 ": a gate is measured in one unit, write both in the same");
+  const auto same = [&](const Limit& one, const char* name, const Limit& other, const char* limit) -> Result<Done> {
+    if (!one.is_given() || !other.is_given() || kind(one) == kind(other)) return Done{};
+    return refused(name + kind(one) + ", and " + limit + kind(other) +
+                   ": a gate is measured in one unit, write both in the same");
+  };
+  const Limit none;
+  const Limit& beyond = gate.area_limit ? gate.area_limit->distance : none;
+  if (auto ok = same(beyond, "max_share_beyond: its distance ", gate.limit, "max_distance "); !ok) return ok;
+  if (auto ok = same(gate.uncertainty, "uncertainty ", main_limit(gate), "the limit "); !ok) return ok;
+  return api::check_uncertainty(options_of(gate, limits_of(gate, 1)), "uncertainty");
 }
 
 Result<LengthUnit> parse_unit(std::string_view text) {

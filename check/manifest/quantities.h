@@ -26,7 +26,7 @@ Result<double> parse_share(std::string_view text);
 // Parses max_share_beyond as a flag: a distance as parse_limit(), ':' and a share, "0.05 mm: 1 %".
 Result<AreaLimit> parse_area_limit(std::string_view text);
 
-// Refuses two distances of a gate that do not have the same unit: a gate is measured in one.
+// Refuses distances of a gate that do not have the same unit, and an uncertainty above a limit.
 Result<Done> check_limits(const Gate& gate);
 
 // Parses "mm" or "inches".

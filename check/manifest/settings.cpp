@@ -75,7 +75,7 @@ void read_max_share_beyond(const Setting& setting, Draft& draft, Mistakes& mista
   if (map.kind != Kind::map)
     return refuse(setting, "must be a map of distance and share, as {distance: 0.05 mm, share: 1 %}, not " + shown(map),
                   mistakes);
-  draft.area_limit = map.place;
+  draft.beside = map.place;
   AreaLimit& limit = draft.gate.area_limit.emplace();
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
     const Setting part{map.keys[i].text, map.items[i]};
@@ -92,6 +92,11 @@ void read_max_share_beyond(const Setting& setting, Draft& draft, Mistakes& mista
         std::none_of(map.keys.begin(), map.keys.end(), [&](const Written& w) { return w.text == key; }))
       refuse(setting, "has no " + std::string(key) + ": write {distance: 0.05 mm, share: 1 %}", mistakes);
   }
+}
+
+void read_uncertainty(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  draft.beside = setting.value.place;
+  if (const auto found = read_quantity(setting, parse_limit, "a number", mistakes)) draft.gate.uncertainty = *found;
 }
 
 void read_direction(const Setting& setting, Draft& draft, Mistakes& mistakes) {
@@ -200,6 +205,7 @@ void read_unmatched_baselines(const Setting& setting, Draft& draft, Mistakes& mi
 
 constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"max_share_beyond", read_max_share_beyond},
+                                       {"uncertainty", read_uncertainty},
                                        {"direction", read_direction},
                                        {"timeout", read_timeout},
                                        {"strategy", read_strategy},
@@ -237,8 +243,7 @@ std::optional<bool> read_boolean(const Setting& setting, Mistakes& mistakes) {
 std::span<const SettingReader> setting_readers() { return kSettings; }
 
 void check_settings(const Draft& draft, Mistakes& mistakes) {
-  if (const auto ok = check_limits(draft.gate); !ok && draft.gate.area_limit->distance.is_given())
-    mistakes.add(draft.area_limit, "max_share_beyond: " + ok.error().message);
+  if (const auto ok = check_limits(draft.gate); !ok) mistakes.add(draft.beside, ok.error().message);
   // `points` of the defaults applies to gates that keep the defaults' strategy.
   const bool counts = draft.points.line > 0 && (draft.own_points || !draft.own_strategy);
   if (!counts) return;

@@ -138,7 +138,8 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& 
     return found == gate->end() ? wanted.is_null() : *found == wanted;
   };
   return same("max_distance", limits.max_distance ? Json(*limits.max_distance) : Json()) &&
-         same("max_share_beyond", limits.max_share_beyond ? Json(api::json_of(*limits.max_share_beyond)) : Json());
+         same("max_share_beyond", limits.max_share_beyond ? Json(api::json_of(*limits.max_share_beyond)) : Json()) &&
+         same("uncertainty", limits.uncertainty > 0 ? Json(limits.uncertainty) : Json());
 }
 
 std::optional<Problem> problem_from(const Json& json) {

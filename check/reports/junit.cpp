@@ -22,6 +22,7 @@ void add_measured(Properties& properties, const Measured& measured) {
   properties.emplace_back("lower", shortest(measured.lower));
   properties.emplace_back("upper", shortest(measured.upper));
   if (measured.has_max_distance) properties.emplace_back("limit", shortest(measured.limit));
+  if (measured.uncertainty > 0) properties.emplace_back("uncertainty", shortest(measured.uncertainty));
   if (const auto& share = measured.share_beyond) {
     properties.emplace_back("share_beyond.distance", shortest(share->limit.distance));
     properties.emplace_back("share_beyond.lower", shortest(share->lower));

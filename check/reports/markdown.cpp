@@ -95,7 +95,7 @@ std::string bar_of(const Criterion& criterion) {
   } else if (criterion.verdict == Verdict::fail) {
     first = std::max(first, limit);
     last = std::max(last, first + 1);
-  } else {
+  } else if (criterion.lower <= criterion.limit && criterion.upper > criterion.limit) {
     first = std::min(first, limit - 1);
     last = std::max(last, limit + 1);
   }

@@ -109,6 +109,7 @@ Json properties_of(const GateOutcome& outcome) {
   if (measured.has_max_distance) properties["limit"] = finite_or_null(measured.limit);
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
+  if (measured.uncertainty > 0) properties["uncertainty"] = measured.uncertainty;
   if (const auto& share = measured.share_beyond)
     properties["shareBeyond"] = {{"distance", share->limit.distance},
                                  {"lower", share->lower},

@@ -56,10 +56,6 @@ std::string visible(std::string_view bytes, bool keep_lines) {
   return out;
 }
 
-IntervalText figures_of(const Criterion& criterion) {
-  return to_text(criterion.lower, criterion.upper, criterion.limit);
-}
-
 std::string unit_of(const GateOutcome& outcome, const Criterion& criterion) {
   return criterion.beyond ? "%" : outcome.unit();
 }
@@ -84,12 +80,20 @@ std::string length_in_words(const GateOutcome& outcome, const Limit& limit) {
   return limit.max_diagonal_share ? share_of_diagonal(limit) : "";
 }
 
+// " ± 0.01 mm"; empty without an uncertainty.
+std::string uncertainty_of(const GateOutcome& outcome, const Criterion& criterion) {
+  if (!(criterion.uncertainty > 0)) return "";
+  return " ± " + with_unit(to_digits(criterion.uncertainty, kDigits), outcome.unit());
+}
+
 // "0.05 mm"; "1 % beyond 0.05 mm".
 std::string limit_in_words(const GateOutcome& outcome, const Criterion& criterion) {
   const std::string number = figures_of(criterion).limit;
-  if (!criterion.beyond) return length_in_words(outcome, outcome.gate.limit, number);
+  if (!criterion.beyond)
+    return length_in_words(outcome, outcome.gate.limit, number) + uncertainty_of(outcome, criterion);
   return number + " % beyond " +
-         length_in_words(outcome, outcome.gate.area_limit->distance, to_digits(*criterion.beyond, kDigits));
+         length_in_words(outcome, outcome.gate.area_limit->distance, to_digits(*criterion.beyond, kDigits)) +
+         uncertainty_of(outcome, criterion);
 }
 
 std::string joined(const std::string& one, const std::string& other, const char* by) {
@@ -151,6 +155,15 @@ std::string shown_name(std::string_view bytes) {
 
 std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 
+IntervalText figures_of(const Criterion& criterion) {
+  const double u = criterion.beyond ? 0 : criterion.uncertainty;
+  if (!(u > 0)) return to_text(criterion.lower, criterion.upper, criterion.limit);
+  const double end = criterion.verdict == Verdict::pass ? -u : criterion.verdict == Verdict::fail ? u : 0;
+  IntervalText text = to_text(criterion.lower, criterion.upper, criterion.limit + end);
+  text.limit = to_digits(criterion.limit, kDigits);
+  return text;
+}
+
 std::string limit_of(const GateOutcome& outcome) {
   if (outcome.measured) return of_each(outcome, ", ", [&](const auto& c) { return limit_in_words(outcome, c); });
   const auto& area = outcome.gate.area_limit;
@@ -166,8 +179,9 @@ std::string interval_of(const GateOutcome& outcome) {
 
 std::string area_in_words(const GateOutcome& outcome, const Criterion& criterion) {
   const IntervalText figures = figures_of(criterion);
-  const std::string beyond =
-      " of the area is farther than " + with_unit(to_digits(*criterion.beyond, kDigits), outcome.unit());
+  const std::string beyond = " of the area is farther than " +
+                             with_unit(to_digits(*criterion.beyond, kDigits), outcome.unit()) +
+                             uncertainty_of(outcome, criterion);
   if (!(criterion.upper > 0)) return "none" + beyond;
   if (!(criterion.lower > 0)) return "at most " + figures.upper + " %" + beyond;
   if (!(criterion.upper < 100)) return "at least " + figures.lower + " %" + beyond;

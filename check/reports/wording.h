@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "check/html/figures.h"
 #include "check/outcome.h"
 
 namespace meshgauge::check {
@@ -16,6 +17,8 @@ std::string shown_name(std::string_view bytes);
 std::string shown_text(
     std::string_view bytes);  // the same for sentences: line ends and tabs stay, and an empty text stays empty
 
+// Returns the numbers of a limit, each on its side of it; with an uncertainty, of what it leaves of pass and of fail.
+IntervalText figures_of(const Criterion& criterion);
 // A gate with two limits gets both: "0.1 mm, 1 % beyond 0.05 mm" and "0.05 .. 0.06 mm, 0.2 .. 0.27 %".
 std::string limit_of(const GateOutcome& outcome);  // "0.05 mm", "0.0173 (0.5 % of the baseline's diagonal)"
 // Returns "0.0968 .. 0.0977 mm"; "at least 0.0968 mm" for a fail whose upper bound says little, because it is more than

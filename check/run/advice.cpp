@@ -41,9 +41,11 @@ std::string for_fail(const GateOutcome& outcome) {
 std::string deciding_limit(const GateOutcome& outcome, const Criterion& criterion) {
   const std::string unit = criterion.beyond ? "%" : outcome.unit();
   std::string text;
-  if (std::isfinite(criterion.upper)) text = "of at least " + with_unit(shortest(criterion.upper), unit) + " (pass)";
-  if (criterion.lower > 0)
-    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(criterion.lower), unit) + " (fail)";
+  const double u = criterion.beyond ? 0 : criterion.uncertainty;
+  if (std::isfinite(criterion.upper))
+    text = "of at least " + with_unit(shortest(criterion.upper + u), unit) + " (pass)";
+  if (criterion.lower > u)
+    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(criterion.lower - u), unit) + " (fail)";
   if (text.empty()) return "";
   return (criterion.beyond ? "a share " : "a limit ") + text;
 }
@@ -57,14 +59,24 @@ std::string more_effort(const Gate& gate, const std::string& status) {
   return "";
 }
 
+// Whether the interval is within the limit less and plus the uncertainty: no narrower one decides.
+bool is_open_for_ever(const Criterion& criterion) {
+  const double u = criterion.beyond ? 0 : criterion.uncertainty;
+  return criterion.lower > criterion.limit - u && criterion.upper <= criterion.limit + u;
+}
+
 std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion) {
   if (criterion.status == "no_area") return "A mesh has no area: all its triangles are degenerate.";
   if (criterion.beyond && criterion.status == "precision_floor")
     return "Decided by another distance than " + with_unit(shortest(*criterion.beyond), outcome.unit()) +
            ": part of the area is that far away, within rounding error.";
-  const std::string limit = deciding_limit(outcome, criterion), effort = more_effort(outcome.gate, criterion.status);
+  const std::string limit = deciding_limit(outcome, criterion),
+                    effort = is_open_for_ever(criterion) ? "" : more_effort(outcome.gate, criterion.status);
   const std::string decided = "Decided by " + limit + (limit.empty() || effort.empty() ? "" : "; or ") + effort;
   if (!effort.empty()) return decided + ".";
+  if (criterion.uncertainty > 0)
+    return decided + "; the " + (criterion.beyond ? "share" : "distance") +
+           " is closer to its limit than the uncertainty lets be told.";
   return decided + "; the limit is within rounding error of the " + (criterion.beyond ? "share." : "distance.");
 }
 

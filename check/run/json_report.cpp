@@ -33,6 +33,9 @@ Json limits_of(const GateOutcome& outcome) {
   Json json{{"max_distance", is_known ? Json(outcome.measured->limit) : or_null(gate.limit.max_distance)},
             {"diagonal_share", or_null(gate.limit.max_diagonal_share)},
             {"units", or_null(outcome.unit())}};
+  if (gate.uncertainty.is_given())
+    json["uncertainty"] =
+        outcome.measured ? Json(outcome.measured->uncertainty) : or_null(gate.uncertainty.max_distance);
   if (gate.area_limit) json["max_share_beyond"] = json_of(*gate.area_limit, outcome);
   return json;
 }

@@ -73,6 +73,7 @@ class Local final : public Measurer {
     const Limits limits = limits_of(gate, (*baseline)->facts.diagonal);
     api::ComparisonOptions options = options_of(gate, limits);
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
+    if (auto ok = api::check_uncertainty(options, "uncertainty"); !ok) return ok.error();
     const auto comparison = api::compare(*candidate, *baseline, options, control, times);
     if (!comparison) return with_files(comparison.error(), gate);
     return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), limits);

@@ -28,7 +28,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             units: Optional[_options.Units] = None, strategy: Optional[str] = None, points: Optional[int] = None,
             statistics: Union[bool, Mapping[str, int], None] = None,
             areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None,
-            max_share_beyond: Optional[Mapping[str, Any]] = None) -> Result:
+            max_share_beyond: Optional[Mapping[str, Any]] = None,
+            uncertainty: Optional[_options.Length] = None) -> Result:
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF, XYZ; also gzip-compressed), the content of such a file as bytes, a
@@ -59,6 +60,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             (Result.document["meshes"]["a"]["topology"]).
         max_share_beyond: {"distance": "0.05 mm", "share": 0.01}: a limit, beside max_distance or alone: at most one
             percent of the area may be farther than that (Result.document["share_beyond"]).
+        uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
 
@@ -72,7 +74,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     options = _options.document(
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
-        statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond)
+        statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
+        uncertainty=uncertainty)
     return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
 
 

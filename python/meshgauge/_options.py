@@ -37,8 +37,9 @@ def _length(value: Length, name: str) -> tuple[float, str]:
     return number(found[1], name), found[2]
 
 
-def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
-    """The limits, of which one is given at least."""
+def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mapping[str, Any]] = None,
+         uncertainty: Optional[Length] = None) -> dict[str, Any]:
+    """The limits, of which one is given at least, and the uncertainty of the distances."""
     sent: dict[str, Any] = {}
     units = set()
     if max_distance is not None:
@@ -52,8 +53,11 @@ def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mappi
         units.add(unit)
         sent["max_share_beyond"] = {"distance": distance,
                                     "share": number(max_share_beyond["share"], "max_share_beyond['share']")}
+    if uncertainty is not None:
+        sent["uncertainty"], unit = _length(uncertainty, "uncertainty")
+        units.add(unit)
     if len(units) > 1:
-        raise InputError("max_distance and the distance of max_share_beyond must have the same unit")
+        raise InputError("max_distance, the distance of max_share_beyond and uncertainty must have the same unit")
     return {**sent, **({"units": unit} if unit else {})}
 
 
@@ -123,7 +127,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
 def document(**options: Any) -> dict[str, Any]:
     """The document of the options that are not None. Ranges and names are checked where it is read."""
     sent: dict[str, Any] = {}
-    limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond")}
+    limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond", "uncertainty")}
     if any(limit is not None for limit in limits.values()):
         sent["gate"] = gate(**limits)
     for name, value in options.items():

@@ -39,7 +39,9 @@ Json gate_of(const store::Job& row) {
   if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
   const Json& gate = options["gate"];
   Json json{{"max_distance", gate.value("max_distance", Json(nullptr))}};
-  if (gate.contains("max_share_beyond")) json["max_share_beyond"] = gate["max_share_beyond"];
+  for (const char* name : {"max_share_beyond", "uncertainty"}) {
+    if (gate.contains(name)) json[name] = gate[name];
+  }
   json["units"] = gate.value("units", Json(nullptr));
   return json;
 }

@@ -68,3 +68,40 @@ TEST_CASE("gate: its question stands behind those of the request") {
   CHECK(beyond[1].distance == 1);
   CHECK(beyond[1].max_share == 0.5);
 }
+
+TEST_CASE("gate: an uncertainty narrows pass and fail") {
+  Outcome outcome;
+  api::ComparisonOptions options;
+  options.max_distance = 2;
+  options.uncertainty = 0.5;
+  const auto judge = [&](double lower, double upper) {
+    outcome.lower = lower;
+    outcome.upper = upper;
+    return api::verdict(outcome, options).value();
+  };
+  CHECK(judge(1, 1.5) == api::Verdict::pass);
+  CHECK(judge(1, 1.6) == api::Verdict::undecided);
+  CHECK(judge(2.5, 3) == api::Verdict::undecided);
+  CHECK(judge(2.6, 3) == api::Verdict::fail);
+  CHECK(api::check_uncertainty(options, "u").ok());
+  options.uncertainty = 2.5;
+  CHECK(api::check_uncertainty(options, "u").error().where == "u");
+}
+
+TEST_CASE("gate: an uncertainty moves the distance of the area both ways") {
+  api::ComparisonOptions options;
+  options.max_share_beyond = {1, 0.5};
+  options.uncertainty = 0.25;
+  const auto beyond = api::engine_options(options).areas->beyond;
+  REQUIRE(beyond.size() == 2);
+  CHECK(beyond[0].distance == 0.75);
+  CHECK(beyond[1].distance == 1.25);
+  const auto judge = [&](const AreaInterval& nearer, const AreaInterval& farther) {
+    Outcome outcome;
+    outcome.areas.emplace().a_to_b.emplace().beyond = {nearer, farther};
+    return api::verdict(outcome, options).value();
+  };
+  CHECK(judge({0.3, 0.5}, {0, 0.5}) == api::Verdict::pass);
+  CHECK(judge({0.51, 0.6}, {0.4, 0.5}) == api::Verdict::undecided);
+  CHECK(judge({0.6, 0.7}, {0.51, 0.6}) == api::Verdict::fail);
+}

@@ -160,3 +160,9 @@ TEST_CASE("manifest text: a limit of the area, alone or beside one of the distan
   CHECK(both.tolerance_given);
   CHECK(gate("direction: a_to_b", "max_share_beyond: {distance: 2, share: 3 %}").area_limit->share == 0.03);
 }
+
+TEST_CASE("manifest text: an uncertainty is in the unit of the limits") {
+  CHECK(gate("max_distance: 0.05 mm, uncertainty: 0.01 mm").uncertainty.max_distance == 0.01);
+  CHECK(gate("max_distance: 1 %", "uncertainty: 0.1 %").uncertainty.max_diagonal_share == 0.001);
+  CHECK(!gate("max_distance: 1 %").uncertainty.is_given());
+}

@@ -180,7 +180,8 @@ TEST_CASE("quantities: a limit of the area as a flag") {
   CHECK(check_limits(gate).ok());
   gate.limit.unit = api::LengthUnit::inch;
   CHECK(check_limits(gate).error().message ==
-        "its distance is in mm, and max_distance is in in: a gate is measured in one unit, write both in the same");
+        "max_share_beyond: its distance is in mm, and max_distance is in in: a gate is measured in one unit, write "
+        "both in the same");
   gate.limit = {{}, 0.1, {}};
   CHECK(check_limits(gate).error().message.find("max_distance is a share of the diagonal") != std::string::npos);
 }

@@ -209,6 +209,8 @@ class LimitOfTheArea(ServerCase):
         self.assertEqual(self.verdict_of(max_share_beyond=far, max_distance=3, narrow=True), ("pass", "pass"))
         self.assertEqual(self.verdict_of(max_share_beyond=far, max_distance=0.5), ("fail", "pass"))
         self.assertEqual(self.verdict_of(max_share_beyond={"distance": 2, "share": 0.5}), ("undecided", "undecided"))
+        self.assertEqual(self.verdict_of(max_share_beyond=far, uncertainty=0.4), ("pass", "pass"))
+        self.assertEqual(self.verdict_of(max_share_beyond=far, uncertainty=0.6), ("undecided", "undecided"))
 
     def test_the_gate_is_that_of_the_request(self):
         gate = {"max_share_beyond": {"distance": 0.5, "share": 0.9}, "units": "b"}
@@ -223,6 +225,9 @@ class LimitOfTheArea(ServerCase):
                       {"distance": 1, "share": "1 %"}, {"distance": 1, "share": 0, "more": 1}):
             self.refused(self.server.compare(options={"gate": {"max_share_beyond": limit}}), 422, "invalid-request")
         self.refused(self.server.compare(options={"gate": {"units": "mm"}}), 422, "invalid-request")
+        for uncertainty in (-1, "1", None):
+            gate = {"max_distance": 1, "uncertainty": uncertainty}
+            self.refused(self.server.compare(options={"gate": gate}), 422, "invalid-request")
 
 
 class Kept(unittest.TestCase):

@@ -75,3 +75,23 @@ TEST_CASE("a decided gate is narrow at last, as often as a busy machine has too 
     CHECK(narrow.stop == Stop::gate_decided);
   }
 }
+
+TEST_CASE("an uncertainty moves the limit both ways, and what it leaves open ends early") {
+  const Mesh a = shapes::sphere(24, 1), b = shapes::sphere(7, 1.1);
+  const Outcome fine = outcome_of(a, b, within(1e-7));
+  const double u = 0.01;
+  for (const double by : {-1.5, -0.5, 0.5, 1.5}) {
+    CAPTURE(by);
+    Options options = within(1e-9);
+    options.max_distance = fine.upper - by * u;
+    options.uncertainty = u;
+    const double pass = *options.max_distance - u, fail = *options.max_distance + u;
+    const Outcome decided = outcome_of(a, b, options);
+    CHECK(decided.stop == Stop::gate_decided);
+    CHECK((decided.upper <= pass) == (by < -1));
+    CHECK((decided.lower > fail) == (by > 1));
+    CHECK((decided.lower > pass && decided.upper <= fail) == (by > -1 && by < 1));
+    CHECK(decided.lower <= fine.upper);
+    CHECK(decided.upper >= fine.lower);
+  }
+}

@@ -111,6 +111,7 @@ def option_rows(server):
         {"strategy": "auto", "points": 4}, {"strategy": "n_point", "points": 5},
         {"tolerance": {}}, {"tolerance": {"absolute": -1}}, {"tolerance": {"relative": "1 %"}}, {"gate": {}},
         {"gate": {"max_share_beyond": {"distance": 1}}}, {"gate": {"max_share_beyond": {"distance": 1, "share": 120}}},
+        {"gate": {"max_distance": 1, "uncertainty": 2}},
         {"gate": {"max_distance": -1}}, {"gate": {"max_distance": 1, "units": "parsec"}}, {"timeout_ms": 0}, {"timeout_ms": 1e9}, {"threads": 1.5},
         {"budget": {"work_items": 0}}, {"units": {"a": "pt"}}, {"statistics": 1}, {"statistics": {"samples": 10}}, {"simd": "mmx"}, {"shards": 2},
     ]

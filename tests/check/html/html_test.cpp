@@ -33,7 +33,7 @@ std::string between(const std::string& text, const std::string& before, const st
 GatePicture missing(const std::string& why) { return {{}, why}; }
 
 Criterion criterion(double lower, double upper, double limit, Verdict verdict) {
-  return {std::nullopt, limit, lower, upper, "converged", verdict};
+  return {std::nullopt, 0, limit, lower, upper, "converged", verdict};
 }
 
 }  // namespace

@@ -99,6 +99,8 @@ TEST_CASE("request: a limit of the area is sent, and asks little of the distance
   CHECK(read()->options.narrow);
   CHECK(read()->options.tolerance.relative == kToleranceOfArea.relative);
   gate.limit = {0.5, {}, LengthUnit::millimeter};
+  gate.uncertainty = {0.05, {}, LengthUnit::millimeter};
+  CHECK(read()->options.uncertainty == 0.05);
   CHECK(read()->options.max_distance == 0.5);
   CHECK(read()->options.tolerance.diagonal == gate.options.tolerance.diagonal);
 }

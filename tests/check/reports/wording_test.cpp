@@ -81,3 +81,17 @@ TEST_CASE("wording: a limit of the area, alone and beside one of the distance") 
   both.measured.reset();
   CHECK(limit_of(both) == "0.1 mm, 1 % beyond 0.05 mm");
 }
+
+TEST_CASE("wording: an uncertainty stands behind the limit") {
+  GateOutcome outcome = samples::passed("a");
+  outcome.measured->uncertainty = 0.01;
+  CHECK(limit_of(outcome) == "0.05 mm ± 0.01 mm");
+  CHECK(finding_of(outcome) == "the distance is at most 0.0123 mm, within the limit of 0.05 mm ± 0.01 mm");
+  outcome.measured->upper = 0.045;
+  CHECK(finding_of(outcome).find("whether that is within the limit of 0.05 mm ± 0.01 mm is not known") !=
+        std::string::npos);
+  GateOutcome area = samples::area("a");
+  area.measured->uncertainty = 0.01;
+  CHECK(limit_of(area) == "1 % beyond 0.05 mm ± 0.01 mm");
+  CHECK(finding_of(area).find("farther than 0.05 mm ± 0.01 mm; at most 1 % may be") != std::string::npos);
+}

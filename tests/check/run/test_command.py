@@ -8,12 +8,20 @@ import subprocess
 import unittest
 
 from contract import validate
-from harness import BINARY, ENVIRONMENT, SLOW, wavy_grid
+from harness import BINARY, ENVIRONMENT, ROOT, SLOW, wavy_grid
 from workplace import Workplace, square, threads
 
 PASS, FAIL, UNDECIDED, ERROR = "pass", "fail", "undecided", "error"
 CODES = {PASS: 0, FAIL: 1, UNDECIDED: 2, ERROR: 3}
 WORST_FIRST = (ERROR, FAIL, UNDECIDED, PASS)
+
+
+def stl(height):
+    """A square at this height, as an STL."""
+    corners = [(x, y, height) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    facets = ["facet normal 0 0 1\nouter loop\n%sendloop\nendfacet\n" % "".join("vertex %r %r %r\n" % corners[i] for i in three)
+              for three in ((0, 1, 2), (0, 2, 3))]
+    return "solid s\n" + "".join(facets) + "endsolid s\n"
 
 
 class Pair(Workplace):
@@ -71,6 +79,29 @@ class Pair(Workplace):
         self.assertEqual(gate["limit"], {"max_distance": None, "diagonal_share": None, "units": None,
                                          "max_share_beyond": {"distance": 2, "diagonal_share": None, "share": 0.5}})
         self.assertIn("another distance than 2: part of the area", gate["advice"])
+
+    def test_an_uncertainty(self):  # both squares are 2 apart
+        pair = ("flat.obj", "raised.obj", "--uncertainty", "0.25 mm")
+        self.exits(0, *pair, "--max-distance", "2.26 mm")
+        self.exits(1, *pair, "--max-distance", "1.74 mm")
+        self.exits(0, *pair, "--max-share-beyond", "2.26 mm: 0 %")
+        self.exits(1, *pair, "--max-share-beyond", "1.74 mm: 1 %")
+        self.exits(2, *pair, "--max-share-beyond", "2.1 mm: 1 %")
+        self.exits(3, *pair, "--max-distance", "0.2 mm")
+        self.exits(3, *pair, "--max-distance", "3 in")
+        for limit in ("1.9 mm", "2.1 mm"):
+            gate = self.report(2, *pair, "--max-distance", limit)["gates"][0]
+            self.assertEqual(gate["limit"]["uncertainty"], 0.25)
+            self.assertIn("closer to its limit than the uncertainty", gate["advice"])
+
+    def test_the_example_of_metrology(self):
+        text = (ROOT / "docs/metrology.md").read_text().split("```yaml\n")[1].split("```")[0]
+        self.file("tolerance.yaml", text)
+        self.file("nominal/part.stl", stl(0))
+        for height, code in ((0.03, 0), (0.045, 2), (0.055, 2), (0.07, 1), (0.6, 1)):
+            self.file("scans/part.stl", stl(height))
+            self.assertEqual([gate["name"] for gate in self.report(code, "tolerance.yaml")["gates"]],
+                             ["profile-part", "area-part"])
 
     def test_a_file_is_not_its_own_baseline(self):
         os.symlink("flat.obj", self.folder / "link.obj")

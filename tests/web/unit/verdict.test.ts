@@ -68,6 +68,11 @@ test("a limit of the area is worded alone, and beside one of the distance", () =
   assert.match(fails.reason, /^The point .* Between 0.21 and 0.27 %/);
 });
 
+test("an uncertainty stands behind the limit", () => {
+  const told = words(comparison({ verdict: "pass", gate: { ...gate(0.2), uncertainty: 0.01 } }));
+  assert.match(told.reason, /within 0.2 mm ± 0.01 mm of the other surface/);
+});
+
 test("undecided when nothing is known", () => {
   const told = words(comparison({ verdict: "undecided", gate: gate(1), status: "timeout", distance: { lower: 0, upper: null }, a_to_b: null, b_to_a: null }));
   assert.match(told.reason, /^Nothing is known of the distance yet/);

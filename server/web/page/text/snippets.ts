@@ -37,19 +37,20 @@ export function optionsOf(result: Comparison): Options {
   };
 }
 
-function limitsAsked({ max_distance, max_share_beyond }: NonNullable<Comparison["gate"]>): NonNullable<Options["gate"]> {
+function limitsAsked({ max_distance, max_share_beyond, uncertainty }: NonNullable<Comparison["gate"]>): NonNullable<Options["gate"]> {
   return {
     ...(max_distance === null ? {} : { max_distance }),
     ...(max_share_beyond ? { max_share_beyond } : {}),
+    ...(uncertainty ? { uncertainty } : {}),
   };
 }
 
-// Without the distance that the gate asks for, which is the last.
+// Without the distance that the gate asks for, which is the last; with an uncertainty it is two.
 function areasAsked({ areas, gate }: Comparison): Pick<Options, "areas"> {
   const found = areas?.a_to_b ?? areas?.b_to_a;
   if (!areas || !found) return {};
   const all = found.beyond.map(({ distance }) => distance), quantiles = found.quantiles.map(({ share }) => share);
-  const beyond = gate?.max_share_beyond ? all.slice(0, -1) : all;
+  const beyond = gate?.max_share_beyond ? all.slice(0, gate.uncertainty ? -2 : -1) : all;
   if (beyond.length === 0 && quantiles.length === 0 && !found.mean) return {};
   const { share_tolerance, length_tolerance } = areas;
   return {
@@ -100,9 +101,9 @@ function limitLines(result: Comparison): string[] {
     const known = length(toDigitsAbove(distance.upper ?? distance.lower, 3));
     return [`    max_distance: ${known}  # just above what was measured: say what is allowed`];
   }
-  const { max_distance, max_share_beyond } = gate;
+  const { max_distance, max_share_beyond, uncertainty } = gate;
   const share = max_share_beyond && `{distance: ${length(max_share_beyond.distance)}, share: ${toDigits(100 * max_share_beyond.share, 12)} %}`;
-  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : [])];
+  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : []), ...(uncertainty ? [`    uncertainty: ${length(uncertainty)}`] : [])];
 }
 
 function unitsLine(result: Comparison): string[] {

@@ -95,8 +95,9 @@ const areaProofs: Record<Verdict, string> = {
 function distanceVerdict({ gate, distance: { lower, upper } }: Comparison): Verdict | null {
   const limit = gate?.max_distance ?? null;
   if (limit === null) return null;
-  if (upper !== null && upper <= limit) return "pass";
-  return lower > limit ? "fail" : "undecided";
+  const uncertainty = gate?.uncertainty ?? 0;
+  if (upper !== null && upper <= limit - uncertainty) return "pass";
+  return lower > limit + uncertainty ? "fail" : "undecided";
 }
 
 /** What is known of the area beyond the limit's distance; "": there is no such limit. */
@@ -115,7 +116,8 @@ function figures(result: Comparison) {
   const { lower, upper } = result.distance;
   const text = intervalText(lower, upper, result.gate?.max_distance ?? null);
   const units = unitsOf(result);
-  return { lower: withUnits(text.lower, units), upper: withUnits(text.upper, units), limit: withUnits(text.limit, units) };
+  const uncertainty = result.gate?.uncertainty ? ` ± ${withUnits(plain(result.gate.uncertainty), units)}` : "";
+  return { lower: withUnits(text.lower, units), upper: withUnits(text.upper, units), limit: withUnits(text.limit, units) + uncertainty };
 }
 
 function forPass(result: Comparison): Wording {
