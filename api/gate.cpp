@@ -44,15 +44,17 @@ Options engine_options(const ComparisonOptions& options) {
 }
 
 std::optional<AreaInterval> share_beyond(const Outcome& outcome, const ComparisonOptions& options) {
-  if (!options.max_share_beyond || !outcome.areas) return std::nullopt;
+  if (!options.max_share_beyond) return std::nullopt;
   AreaInterval share;
-  for (const auto* direction : {&outcome.areas->a_to_b, &outcome.areas->b_to_a}) {
-    if (!*direction) continue;
-    const auto& beyond = (*direction)->beyond;
-    const AreaInterval& least = beyond.back();
-    const AreaInterval& most = beyond[beyond.size() - (options.uncertainty > 0 ? 2 : 1)];
-    share = {std::max(share.lower, least.lower), std::max(share.upper, most.upper)};
-  }
+  const std::size_t asked = options.uncertainty > 0 ? 2 : 1;
+  const auto add = [&](const std::optional<AreaBounds>& found) {
+    const bool known = found && found->beyond.size() >= asked;
+    share.lower = std::max(share.lower, known ? found->beyond.back().lower : 0);
+    share.upper = std::max(share.upper, known ? found->beyond[found->beyond.size() - asked].upper : 1);
+  };
+  const AreaOutcome areas = outcome.areas.value_or(AreaOutcome{});
+  if (options.direction != Direction::b_to_a) add(areas.a_to_b);
+  if (options.direction != Direction::a_to_b) add(areas.b_to_a);
   return share;
 }
 

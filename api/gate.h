@@ -27,8 +27,8 @@ Verdict verdict_within(double lower, double upper, double limit, double uncertai
 Options engine_options(const ComparisonOptions& options);
 
 // Returns the share of the area that is farther than max_share_beyond's distance, in the direction where it is largest;
-// with an uncertainty U, from the share beyond the distance plus U to that beyond the distance less U;
-// nullopt: without max_share_beyond.
+// with an uncertainty U, from the share beyond the distance plus U to that beyond the distance less U; from 0 to 1
+// where the areas of a direction that was asked for are missing. nullopt: without max_share_beyond.
 std::optional<AreaInterval> share_beyond(const Outcome& outcome, const ComparisonOptions& options);
 
 // Returns pass when every limit is kept, fail when one is certainly exceeded; nullopt: without a limit.

@@ -33,6 +33,7 @@ struct Expectation {
   Verdict verdict;       // undecided: the time ended before it was known, or rounding leaves it open
   std::string found;     // "24512", "no: 4 open edges, the first at (0.5, 0, 1) mm"
   std::string expected;  // "at most 20000", "yes"
+  bool known{true};      // false: the time ended before anything was
 };
 
 // Returns what is expected of the gate's candidate with what the comparison's document says of it. Empty without a

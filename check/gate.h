@@ -61,6 +61,7 @@ struct Gate {
   std::chrono::milliseconds timeout{30'000};  // time limit of the whole gate
   bool warn_only = false;                     // fail and undecided are reported and do not count
   bool statistics = false;
+  bool cloud = false;  // the candidate may be a point cloud; an XYZ always may
   Expectations expect;
   std::string manifest;  // manifest that contains the gate, for reports that point at a line; empty: given by flags
   int line = 0;          // 1-based

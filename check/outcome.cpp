@@ -6,6 +6,9 @@
 #include <string_view>
 #include <utility>
 
+#include "api/formats/format.h"
+#include "check/mesh_names.h"
+
 namespace meshgauge::check {
 namespace {
 
@@ -76,7 +79,18 @@ Criterion criterion_of(const ShareBeyond& share, double uncertainty) {
           verdict_of(share.lower, share.upper, share.limit.share)};
 }
 
-bool bounded(const GateOutcome& outcome) { return outcome.measured && std::isfinite(outcome.measured->upper); }
+// Whether something is known of every limit and every expectation.
+bool bounded(const GateOutcome& outcome) {
+  if (!outcome.measured || !std::isfinite(outcome.measured->upper)) return false;
+  const auto& share = outcome.measured->share_beyond;
+  if (share && share->lower <= 0 && share->upper >= 1) return false;
+  return std::ranges::all_of(outcome.expectations, &Expectation::known);
+}
+
+bool is_cloud(const Json& document, const std::string& mesh) {
+  const Json::json_pointer triangles("/meshes/" + mesh + "/triangles");
+  return document.contains(triangles) && document.at(triangles) == 0;
+}
 
 }  // namespace
 
@@ -116,9 +130,8 @@ Criterion foremost(const Measured& measured) {
 
 std::string Measured::place_of_witness() const {
   if (!witness) return "";
-  const Json::json_pointer triangles(witness->on_candidate ? "/meshes/a/triangles" : "/meshes/b/triangles");
-  const bool cloud = document.contains(triangles) && document.at(triangles) == 0;
-  return (cloud ? "point " : "triangle ") + std::to_string(witness->from_triangle);
+  return (is_cloud(document, witness->on_candidate ? "a" : "b") ? "point " : "triangle ") +
+         std::to_string(witness->from_triangle);
 }
 
 Result<Measured> measured_from(Json document, const Limits& limits) {
@@ -144,6 +157,18 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
   measured.direction = facts->direction;
   measured.document = std::move(document);
   return measured;
+}
+
+std::optional<Error> undeclared_cloud(const Gate& gate, const Json& document) {
+  if (gate.cloud || !is_cloud(document, "a")) return std::nullopt;
+  const Json& candidate = document.at("meshes").at("a");
+  if (candidate.value("format", Json()) == std::string(api::to_string(api::Format::xyz))) return std::nullopt;
+  const Json points = candidate.value("vertices", Json());
+  const std::string count = points.is_number_integer() ? points.dump() + " points" : "points";
+  const std::string how = gate.manifest.empty() ? "--cloud" : "'cloud: true' in the manifest";
+  return with_files({ErrorCode::empty_mesh,
+                     "'a' has " + count + " and no faces; if it is a point cloud, declare it by " + how, "a", ""},
+                    gate);
 }
 
 Verdict GateOutcome::verdict() const {

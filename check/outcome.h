@@ -23,8 +23,8 @@ enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
 
 // How an outcome counts. `warning`: a fail or an undecided gate with warn_only, or an undecided one with
-// --undecided=warn. `failure`: every other outcome that is not a pass, every error, and an undecided gate without a
-// finite upper bound.
+// --undecided=warn. `failure`: every other outcome that is not a pass, every error, and an undecided gate of which a
+// limit or an expectation is not known at all.
 enum class Level { ok, warning, failure };
 std::string_view to_string(Level level);
 
@@ -80,6 +80,10 @@ struct Measured {
 
 // Extracts the fields from a comparison's JSON. Errors: internal if it is not a comparison or has no valid interval.
 Result<Measured> measured_from(nlohmann::ordered_json document, const Limits& limits);
+
+// Returns why the result does not count; nullopt: it does. A mesh file that was cut before its faces looks like a point
+// cloud, so a candidate without triangles must be declared by Gate::cloud, unless its format holds clouds alone.
+std::optional<Error> undeclared_cloud(const Gate& gate, const nlohmann::ordered_json& document);
 
 // Returns the limits of the gate: of the distance, then of the area. At least one.
 std::vector<Criterion> criteria_of(const Measured& measured);

@@ -23,6 +23,7 @@ struct CheckFlags {
   UnitFlags units;
   std::optional<double> threads;
   bool statistics = false;
+  bool cloud = false;
   bool fast = false;
   std::vector<std::string> only;
   double jobs = 0;

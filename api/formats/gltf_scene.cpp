@@ -41,9 +41,10 @@ class Scene {
     std::optional<std::size_t> skin;     // if set, it places the mesh instead of to_world
     const std::vector<double>& weights;  // weights of the morph targets
   };
-  // Counts for the remarks, and of primitives of points.
+  // Counts for the remarks, and of primitives.
   struct Counts {
     std::size_t points = 0;
+    std::size_t others = 0;  // primitives of lines and triangles
     std::size_t instances = 0;
     std::size_t hidden = 0;         // hidden nodes with a mesh
     std::set<std::size_t> skinned;  // indices of meshes
@@ -132,12 +133,12 @@ Result<ReadMesh> Scene::read() {
     stack_.pop_back();
     if (auto ok = visit(next); !ok) return std::move(ok).error();
   }
-  if (counts_.hidden != 0 && counts_.points == 0 && out_.mesh.triangles.empty()) {
+  if (counts_.hidden != 0 && out_.mesh.triangles.empty()) {
     return about(file_.source.part, ErrorCode::empty_mesh,
                  "has no triangles that are shown: KHR_node_visibility hides " + std::to_string(counts_.hidden) +
                      " nodes with meshes; save the model with them visible");
   }
-  found_cloud_ = out_.mesh.triangles.empty() && counts_.points != 0;
+  found_cloud_ = out_.mesh.triangles.empty() && counts_.points != 0 && counts_.others == 0;
   add_remarks();
   out_.notes.unused_objects = static_cast<std::size_t>(std::ranges::count(in_scene_, false));
   return std::move(out_);
@@ -224,9 +225,9 @@ Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing
   const std::size_t steps_before = file_.budget.steps();
   const std::size_t triangles_before = out_.mesh.triangles.size();
   if (auto ok = file_.budget.work(kSteps, where); !ok) return ok;
+  ++(primitive.mode == TINYGLTF_MODE_POINTS ? counts_.points : counts_.others);
   const bool cloud = out_.notes.cloud && primitive.mode == TINYGLTF_MODE_POINTS;
   if (primitive.mode >= TINYGLTF_MODE_POINTS && primitive.mode < TINYGLTF_MODE_TRIANGLES && !cloud) {
-    if (primitive.mode == TINYGLTF_MODE_POINTS) ++counts_.points;
     ++out_.notes.skipped_primitives;
     return Done{};
   }

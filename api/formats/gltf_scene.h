@@ -7,7 +7,7 @@
 namespace meshgauge::api {
 
 // Reads the triangles of the default scene, else of the first scene, else of all root nodes; a scene of points
-// without triangles is a point cloud. The caller sets the format of the result.
+// alone is a point cloud. The caller sets the format of the result.
 Result<ReadMesh> read_gltf_scene(const GltfFile& file);
 
 }  // namespace meshgauge::api

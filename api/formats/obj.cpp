@@ -54,7 +54,7 @@ class ObjReader {
   // The highest index so far of a vertex not yet read, and its place.
   std::size_t highest_forward_ = 0;
   const char* highest_forward_place_ = nullptr;
-  bool free_form_ = false;  // has curves or surfaces, whose control points are no cloud
+  bool only_points_ = true;  // no statement that may be of a surface or a curve: the vertices may be a cloud
   std::optional<Error> error_;
 };
 
@@ -208,6 +208,12 @@ const char* ObjReader::pass_over(const char* p, bool continues) {
   return p;
 }
 
+// Whether the statement says nothing of how vertices are joined.
+bool is_beside_points(std::string_view word) {
+  constexpr std::string_view kWords[] = {"vn", "vt", "g", "o", "s", "usemtl", "mtllib"};
+  return std::ranges::find(kWords, word) != std::end(kWords);
+}
+
 const char* ObjReader::other(const char* p) {
   if (*p == '#' || *p == '$') return pass_over(p, false);  // '$': a comment of old exporters
   if (*p == '\\' && end_of_continuation(p) != nullptr) return blanks(p);
@@ -217,10 +223,7 @@ const char* ObjReader::other(const char* p) {
     if (static_cast<unsigned char>(*p) < ' ') return binary_data(p);
     return fail(p, ErrorCode::unreadable_mesh, in_quotes(word_at(p, end_)) + " does not begin an OBJ statement");
   }
-  if (*p == 'c' || *p == 's') {
-    const std::string_view word = word_at(p, end_);
-    free_form_ |= word == "curv" || word == "curv2" || word == "surf";
-  }
+  only_points_ = only_points_ && is_beside_points(word_at(p, end_));
   out_.notes.skipped_primitives += (*p == 'l' || *p == 'p') && p + 1 != end_ && is_blank(p[1]);
   return pass_over(p, true);
 }
@@ -250,7 +253,7 @@ Result<ReadMesh> ObjReader::read() {
                        std::to_string(out_.mesh.positions.size()) + " vertices");
   }
   if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
-  if (out_.mesh.triangles.empty() && out_.notes.skipped_primitives == 0 && !free_form_) {
+  if (out_.mesh.triangles.empty() && out_.notes.skipped_primitives == 0 && only_points_) {
     if (auto ok = make_cloud(source_, out_); !ok) return std::move(ok).error();
   }
   return std::move(out_);

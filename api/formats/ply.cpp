@@ -182,7 +182,7 @@ Result<ReadMesh> BodyReader<Values>::read() {
                                  std::to_string(header_.unknown_lines) + ", the first with " + header_.first_unknown);
   }
   if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
-  if (out_.mesh.triangles.empty() && out_.notes.skipped_primitives == 0 && !layout_.has_edges) {
+  if (out_.mesh.triangles.empty() && out_.notes.skipped_primitives == 0 && layout_.only_points) {
     if (auto ok = make_cloud(source_, out_); !ok) return std::move(ok).error();
   }
   return std::move(out_);

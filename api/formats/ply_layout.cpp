@@ -33,8 +33,7 @@ Result<Done> check_coordinates(const Source& source, const PlyElement& vertex) {
 }
 
 // Returns the list of corners of an element; nullptr: no such element.
-Result<const PlyProperty*> find_corners(const Source& source, const PlyHeader& header, const std::string& name) {
-  const PlyElement* element = find_element(header, name);
+Result<const PlyProperty*> find_corners(const Source& source, const PlyElement* element, const std::string& name) {
   if (element == nullptr) return nullptr;
   const PlyProperty* corners = find_property(*element, "vertex_indices");
   if (corners == nullptr) corners = find_property(*element, "vertex_index");
@@ -47,6 +46,11 @@ Result<const PlyProperty*> find_corners(const Source& source, const PlyHeader& h
   return corners;
 }
 
+// Whether an element may join vertices: by a list, such as faces under a name that is not known, or as edges.
+bool may_join(const PlyElement& element) {
+  return element.name == "edge" || std::ranges::any_of(element.properties, &PlyProperty::is_list);
+}
+
 }  // namespace
 
 Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
@@ -54,14 +58,18 @@ Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
   layout.vertex = find_element(header, "vertex");
   if (layout.vertex == nullptr) return header_error(source, ErrorCode::empty_mesh, "no element 'vertex'");
   if (auto ok = check_coordinates(source, *layout.vertex); !ok) return std::move(ok).error();
-  const auto faces = find_corners(source, header, "face");
+  const PlyElement *face = find_element(header, "face"), *strip = find_element(header, "tristrips");
+  const auto faces = find_corners(source, face, "face");
   if (!faces) return faces.error();
-  const auto strips = find_corners(source, header, "tristrips");
+  const auto strips = find_corners(source, strip, "tristrips");
   if (!strips) return strips.error();
   layout.face_corners = *faces;
   layout.strip_corners = *strips;
-  layout.has_edges = find_element(header, "edge") != nullptr;
-  return layout;
+  layout.only_points = std::ranges::none_of(header.elements, [&](const PlyElement& element) {
+    return &element != layout.vertex && &element != face && &element != strip && may_join(element);
+  });
+  if (face != nullptr || strip != nullptr || layout.only_points) return layout;
+  return header_error(source, ErrorCode::empty_mesh, "neither an element 'face' nor 'tristrips', so no triangles");
 }
 
 }  // namespace meshgauge::api

@@ -163,6 +163,10 @@ void read_statistics(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   if (const auto asked = read_boolean(setting, mistakes)) draft.gate.statistics = *asked;
 }
 
+void read_cloud(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  if (const auto may_be = read_boolean(setting, mistakes)) draft.gate.cloud = *may_be;
+}
+
 std::optional<LengthUnit> read_unit(std::string_view key, const YamlNode& value, Mistakes& mistakes) {
   const auto unit = value.is_text() ? parse_unit(value.text) : Result<LengthUnit>(Error{});
   if (unit) return *unit;
@@ -207,6 +211,7 @@ constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"max_share_beyond", read_max_share_beyond},
                                        {"uncertainty", read_uncertainty},
                                        {"direction", read_direction},
+                                       {"cloud", read_cloud},
                                        {"timeout", read_timeout},
                                        {"strategy", read_strategy},
                                        {"points", read_points},

@@ -40,6 +40,10 @@ Result<Measured> measure(Measurer& measurer, const Gate& gate, Control& control)
 GateOutcome outcome_of(const Gate& gate, Result<Measured>&& result, Control& stopped) {
   GateOutcome outcome;
   outcome.gate = gate;
+  if (auto undeclared = result ? undeclared_cloud(gate, result->document) : std::nullopt) {
+    outcome.error = std::move(*undeclared);
+    return outcome;
+  }
   if (result) {
     outcome.measured = std::move(*result);
     outcome.expectations = examined(outcome);

@@ -46,26 +46,30 @@ _WRITTEN: Any = pytest.StashKey["list[pathlib.Path]"]()
 
 @pytest.fixture
 def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
-    """assert_mesh_close(actual, expected, max_distance, **options): fails unless no point of either mesh is farther
+    """assert_mesh_close(actual, expected, max_distance, *, cloud=False, **options): fails unless no point of either mesh is farther
     from the other than `max_distance`.
 
     Meshes and options are those of meshgauge.compare(). A relative path of `expected` begins at the folder of the test.
-    Returns the Result.
+    `cloud`: whether `actual` may be a point cloud, for a mesh that lost its faces looks the same. Returns the Result.
     """
     counted = iter(range(1, 1_000_000))
 
-    def check(actual: Any, expected: Any, max_distance: _options.Length, **options: Any) -> Result:
+    def check(actual: Any, expected: Any, max_distance: _options.Length, *, cloud: bool = False, **options: Any) -> Result:
         __tracebackhide__ = True
         baseline = _Baseline(request, expected)
         if baseline.is_missing:
             baseline.write(actual, "does not exist")
         result = compare(actual, baseline.mesh, max_distance, **options)
+        found = result.document["meshes"]["a"]
+        if found["triangles"] == 0 and found["format"] != "xyz" and not cloud:
+            pytest.fail(f"actual has {found['vertices']} points and no faces; if it is a point cloud, declare it by cloud=True",
+                        pytrace=False)
         if result.verdict != "pass" and baseline.may_be_written:
             baseline.write(actual, "differs")
             result = compare(actual, baseline.mesh, max_distance, **options)
         if result.verdict != "pass":
             name = f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', request.node.nodeid)}-{next(counted)}.html"
-            report = _Report(_folder_of_reports(request.config) / name, max_distance, options)
+            report = _Report(_folder_of_reports(request.config) / name, max_distance, {**options, "cloud": cloud})
             pytest.fail(_in_words(result, max_distance, report.written(actual, baseline.mesh)), pytrace=False)
         return result
 
@@ -125,6 +129,7 @@ class _Report:
         flags = [f"--max-distance={self._max_distance}"]
         flags += [f"--unit-{name}={unit}" for name, unit in sent.get("units", {}).items()]
         flags += [f"--direction={direction}"] if direction else []
+        flags += ["--cloud"] if self._options["cloud"] else []
         timeout = self._options.get("timeout", 30.0)
         return flags + ([f"--timeout={timeout} s"] if timeout else [])
 

@@ -45,6 +45,7 @@ TEST_CASE("gate: the share of the direction where it is largest") {
   api::ComparisonOptions options;
   options.max_share_beyond = {1, 0.5};
   const auto judge = [&](const AreaInterval& a, const std::optional<AreaInterval>& b = std::nullopt) {
+    options.direction = b ? Direction::symmetric : Direction::a_to_b;
     return api::verdict(with_shares(a, b), options).value();
   };
   CHECK(judge({0, 0.5}) == api::Verdict::pass);
@@ -55,6 +56,20 @@ TEST_CASE("gate: the share of the direction where it is largest") {
   options.max_distance = 4;  // in [0, 5]
   CHECK(judge({0, 0.5}) == api::Verdict::undecided);
   CHECK(judge({0.51, 1}) == api::Verdict::fail);
+}
+
+TEST_CASE("gate: a share that is not known is undecided") {
+  api::ComparisonOptions options;
+  options.max_share_beyond = {1, 0.5};
+  CHECK(api::verdict(Outcome{}, options) == api::Verdict::undecided);
+  CHECK(api::share_beyond(Outcome{}, options)->lower == 0);
+  CHECK(api::share_beyond(Outcome{}, options)->upper == 1);
+  CHECK(api::verdict(with_shares({0, 0.1}, std::nullopt), options) == api::Verdict::undecided);
+  CHECK(api::verdict(with_shares({0.6, 0.7}, std::nullopt), options) == api::Verdict::fail);
+  options.direction = Direction::b_to_a;
+  CHECK(api::verdict(with_shares({0, 0.1}, std::nullopt), options) == api::Verdict::undecided);
+  options.direction = Direction::a_to_b;
+  CHECK(api::verdict(with_shares({0, 0.1}, std::nullopt), options) == api::Verdict::pass);
 }
 
 TEST_CASE("gate: its question stands behind those of the request") {
@@ -92,6 +107,7 @@ TEST_CASE("gate: an uncertainty moves the distance of the area both ways") {
   api::ComparisonOptions options;
   options.max_share_beyond = {1, 0.5};
   options.uncertainty = 0.25;
+  options.direction = Direction::a_to_b;
   const auto beyond = api::engine_options(options).areas->beyond;
   REQUIRE(beyond.size() == 2);
   CHECK(beyond[0].distance == 0.75);

@@ -38,13 +38,14 @@ TEST_CASE("manifest text: defaults are those of the API, except the tolerance") 
   CHECK(!read.threads_given);
   CHECK(!read.warn_only);
   CHECK(!read.statistics);
+  CHECK(!read.cloud);
   CHECK(read.line == 4);
 }
 
 TEST_CASE("manifest text: every setting arrives, from the gate and from the defaults") {
   const std::string all =
       "max_distance: 0.5 %, direction: baseline_to_candidate, timeout: 1.5, strategy: n_point, points: 109, "
-      "tolerance: {absolute: 0, relative: 0.25}, threads: 7, statistics: true, on_fail: warn";
+      "tolerance: {absolute: 0, relative: 0.25}, threads: 7, statistics: true, cloud: true, on_fail: warn";
   for (const Gate& read : {gate(all), gate("max_distance: 0.5 %", all)}) {
     CHECK(read.limit.max_diagonal_share == 0.005);
     CHECK(!read.limit.max_distance);
@@ -58,6 +59,7 @@ TEST_CASE("manifest text: every setting arrives, from the gate and from the defa
     CHECK(read.options.threads == 7);
     CHECK(read.threads_given);
     CHECK(read.statistics);
+    CHECK(read.cloud);
     CHECK(read.warn_only);
   }
 }

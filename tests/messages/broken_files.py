@@ -108,6 +108,7 @@ def ply_files():
         ("no format", ply("format ascii 1.0\n", "")),
         ("an unknown type", ply("float y", "real y")),
         ("a count that is no number", ply("vertex 3", "vertex three")),
+        ("faces under another name", ply("element face", "element polygon")),
         ("an element twice", ply("element face", "element vertex")),
         ("a property before any element", ply("format ascii 1.0\n", "format ascii 1.0\nproperty float x\n")),
         ("a property twice", ply("float y", "float x")),

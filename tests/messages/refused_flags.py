@@ -55,6 +55,7 @@ def check_flags():
         ("a candidate that does not exist", ["check", "gone.obj", "far.obj", *limit]),
         ("a candidate that is a folder", ["check", "folder", "far.obj", *limit]),
         ("a candidate that cannot be read", ["check", "broken.obj", "far.obj", *limit]),
+        ("a candidate without faces", ["check", "cut.obj", "far.obj", *limit, "--direction", "a_to_b"]),
         ("a limit with a comma", [*pair, "--max-distance", "0,5"]),
         ("a timeout in hours", [*pair, *limit, "--timeout", "1 h"]),
         ("an unknown direction", [*pair, *limit, "--direction", "both"]),
@@ -81,6 +82,7 @@ def check_flags():
 CHECK_FILES = {
     "gates.yaml": manifest(["candidate: good.obj", "baseline: far.obj", "max_distance: 1"]),
     "more.yaml": manifest(["candidate: good.obj", "baseline: far.obj", "max_distance: 1"]),
+    "cut.obj": "v 0 0 0\nv 1 0 0\nv 0 1 0\n",
     "key": "mg_" + "k" * 43 + "\n",
 }
 
@@ -101,6 +103,7 @@ def gates():
         ("the distance of the area is that of a whole patch", manifest(["candidate: good.obj", "baseline: far.obj",
                                                                         "max_share_beyond: {distance: 2, share: 1 %}"])),
         ("the candidate cannot be read", gate("broken.obj")),
+        ("the candidate has no faces, and is not declared a cloud", gate("cut.obj", "direction: candidate_to_baseline")),
         ("the limit is in a unit, the meshes in none, and one is declared", gate("good.obj", "units: {candidate: mm}", limit="1 mm")),
     ]
 

@@ -91,6 +91,20 @@ def test_file(assert_mesh_close, tmp_path):
         self.assertIn("name it *.obj", output)
         self.assertEqual(list((self.folder / "baselines").iterdir()), [self.folder / "baselines/made.obj"])
 
+    def test_a_mesh_without_faces_is_a_cloud_only_if_it_is_declared(self):
+        source = HEAD + """
+def test_cloud(assert_mesh_close):
+    points = shapes.box(3)[0]
+    assert_mesh_close((points, None), shapes.box(3), 0.1, direction="a_to_b"%s)
+"""
+        code, output = self.run_pytest(source % "")
+        self.assertEqual(code, 1, output)
+        self.assertRegex(output, r"actual has \d+ points and no faces; if it is a point cloud, declare it by cloud=True")
+        self.assertEqual(self.run_pytest(source % ", cloud=True")[0], 0)
+        code, output = self.run_pytest(source.replace("points =", "points = 2 *") % ", cloud=True")
+        self.assertEqual(code, 1, output)
+        self.assertIn("report: file://", output)
+
     def test_a_mesh_that_is_none_is_an_error_not_a_difference(self):
         code, output = self.run_pytest(HEAD + """
 def test_broken(assert_mesh_close):

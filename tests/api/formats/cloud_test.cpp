@@ -66,8 +66,9 @@ TEST_CASE("cloud: an OBJ of vertices alone") {
   check_cloud(read("# scan\no part\ng a\n" + kCloudVertices + "vn 0 0 1\ns off\n", "m.obj"));
   for (const char* more : {"f 1 2 3\n", "f 1 1 1\n"}) CHECK(!read(kCloudVertices + more, "m.obj")->notes.cloud);
   // Lines, points and control points would have another shape than all vertices.
-  for (const char* more : {"l 1 2\n", "p 1\n", "f 1 2\n", "cstype bezier\ncurv 0 1 1 2 3\n", "surf 0 1 0 1 1 2 3\n"}) {
-    CHECK(code(kCloudVertices + more, "m.obj") == ErrorCode::empty_mesh);
+  for (const char* more : {"l 1 2\n", "p 1\n", "f 1 2\n", "cstype bezier\ncurv 0 1 1 2 3\n", "surf 0 1 0 1 1 2 3\n",
+                           "face 1 2 3\n", "F 1 2 3\n"}) {
+    CHECK(refusal(kCloudVertices + more, "m.obj") == "'a' has no triangles");
   }
 }
 
@@ -76,10 +77,16 @@ TEST_CASE("cloud: a PLY without faces, or with none of them") {
   check_cloud(read(cloud_ply(""), "m.ply"));
   check_cloud(read(cloud_ply("element face 0\n" + list), "m.ply"));
   check_cloud(read(cloud_ply("element tristrips 0\n" + list), "m.ply"));
-  check_cloud(read(cloud_ply("element range_grid 1\n" + list, "2 0 1\n"), "m.ply"));
+  check_cloud(read(cloud_ply("element camera 1\nproperty float view_px\n", "1\n"), "m.ply"));
   CHECK(!read(cloud_ply("element face 1\n" + list, "3 0 1 2\n"), "m.ply")->notes.cloud);
-  CHECK(code(cloud_ply("element edge 1\nproperty int vertex1\nproperty int vertex2\n", "0 1\n"), "m.ply") ==
-        ErrorCode::empty_mesh);
+  // Elements that may join the vertices, by whatever name.
+  const std::string refused = "the PLY header of 'a': neither an element 'face' nor 'tristrips', so no triangles";
+  CHECK(refusal(cloud_ply("element edge 1\nproperty int vertex1\nproperty int vertex2\n", "0 1\n"), "m.ply") ==
+        refused);
+  CHECK(refusal(cloud_ply("element faces 1\n" + list, "3 0 1 2\n"), "m.ply") == refused);
+  const std::string none = "element face 0\n" + list;
+  CHECK(code(cloud_ply(none + "element polygon 1\n" + list, "3 0 1 2\n"), "m.ply") == ErrorCode::empty_mesh);
+  CHECK(!read(cloud_ply(none + "element face 1\n" + list, "3 0 1 2\n"), "m.ply"));
   CHECK(code(cloud_ply("element face 1\n" + list, "2 0 1\n"), "m.ply") == ErrorCode::empty_mesh);
 }
 
@@ -100,13 +107,21 @@ TEST_CASE("cloud: a glTF of points, placed by their nodes") {
   primitives[0]["indices"] = 1;  // some points more than once
   const std::size_t indices = document["accessors"][1]["count"];
   CHECK(read(glb(document), "")->mesh.triangles.size() == indices);
+  const nlohmann::json alone = document;
   primitives.push_back({{"attributes", {{"POSITION", 0}}}, {"mode", 1}});
-  CHECK(read(glb(document), "")->notes.skipped_primitives == 1);
+  CHECK(refusal(glb(document), "") == "'a' has no triangles");
   primitives[1]["mode"] = 4;
   primitives[1]["indices"] = 1;
   CHECK(!read(glb(document), "")->notes.cloud);
   CHECK(read(glb(document), "")->notes.skipped_primitives == 1);
-  primitives = {{{"attributes", nlohmann::json::object()}, {"mode", 0}}};
+  document = alone;  // beside a mesh that is hidden
+  document["meshes"].push_back(tetrahedron()["meshes"][0]);
+  document["nodes"].push_back({{"mesh", 1}, {"extensions", {{"KHR_node_visibility", {{"visible", false}}}}}});
+  document["scenes"][0]["nodes"] = {0, document["nodes"].size() - 1};
+  document["extensionsUsed"] = {"KHR_node_visibility"};
+  CHECK(contains(refusal(glb(document), ""), "KHR_node_visibility hides 1 nodes with meshes"));
+  document = alone;
+  document["meshes"][0]["primitives"] = {{{"attributes", nlohmann::json::object()}, {"mode", 0}}};
   CHECK(contains(refusal(glb(document), ""), "no attribute POSITION"));
 }
 

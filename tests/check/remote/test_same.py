@@ -147,6 +147,7 @@ class Same(ServerCase):
         wrong = ["broken.obj", "nan.obj", "index.obj", "points.obj", "empty.obj", "image.obj", "cut.stl", "cut.obj.gz"]
         gates = [self.gate("candidate " + name, name, "square.obj") for name in wrong]
         gates += [self.gate("baseline " + name, "square.obj", name) for name in wrong]
+        gates.append(self.gate("cut before its faces", "points.obj", "square.obj", options={"direction": "a_to_b"}))
         gates.append(gate("missing", self.files["square.obj"], Path(self.folder.name) / "nowhere.obj"))
         gates.append(gate("folder", self.folder.name, self.files["square.obj"]))
         there, here = self.both(gates)

@@ -74,6 +74,12 @@ Expectations triangles(const Span& span) {
   return expect;
 }
 
+Expectations oriented() {
+  Expectations expect;
+  expect.oriented = true;
+  return expect;
+}
+
 Expectations watertight(bool is) {
   Expectations expect;
   expect.watertight = is;
@@ -112,6 +118,13 @@ TEST_CASE("expectations: an open mesh names its first open edge, and has no volu
   CHECK(only(volume({0, 1}), open_mesh()) == Verdict::fail);
   CHECK(unmet_of(outcome_of(within(0.01), mesh(1, 1), open_mesh())) ==
         "volume.within: none: the baseline is not watertight, expected within 1 % of the baseline's volume");
+}
+
+TEST_CASE("expectations: a mesh without edges is not oriented") {
+  Json cloud = mesh(1, 1);
+  CHECK(only(oriented(), cloud) == Verdict::pass);
+  cloud["topology"]["edges"] = 0;
+  CHECK(only(oriented(), cloud) == Verdict::fail);
 }
 
 TEST_CASE("expectations: a volume is decided by its whole interval") {

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <limits>
+#include <tuple>
 
 #include "check/run/gates.h"
 
@@ -46,6 +47,42 @@ TEST_CASE("an undecided gate may only warn when there is an interval") {
     CHECK(not_in_time(warn_only).level(rule) == Level::failure);
   }
   CHECK(only(not_in_time(true), Undecided::fail).exit_code() == 1);
+}
+
+TEST_CASE("an undecided gate fails where nothing is known of its area or of an expectation") {
+  GateOutcome outcome = with(measured(0, 1, 2), false);
+  const auto code = [&] { return only(outcome, Undecided::warn).exit_code(); };
+  outcome.measured->verdict = Verdict::undecided;
+  for (const auto& [lower, upper, expected] : {std::tuple(0.0, 1.0, 2), {0.0, 0.9, 0}, {0.1, 1.0, 0}}) {
+    outcome.measured->share_beyond = ShareBeyond{{0.5, 0.25}, lower, upper, "timeout"};
+    CHECK(code() == expected);
+  }
+  outcome.expectations = {{"volume", Verdict::undecided, "1 .. 2", "at least 1.5"}};
+  CHECK(code() == 0);
+  outcome.expectations.push_back({"watertight", Verdict::undecided, "not known", "yes", false});
+  CHECK(code() == 2);
+}
+
+TEST_CASE("a candidate without triangles counts only if it is declared") {
+  Gate asked = gate("cut.obj", "cad.stl", 1);
+  nlohmann::ordered_json document = {{"meshes", {{"a", {{"format", "obj"}, {"vertices", 3}, {"triangles", 0}}}}}};
+  REQUIRE(undeclared_cloud(asked, document));
+  CHECK(undeclared_cloud(asked, document)->message ==
+        "'cut.obj' has 3 points and no faces; if it is a point cloud, declare it by --cloud");
+  asked.manifest = "gates.yaml";
+  CHECK(undeclared_cloud(asked, document)->message.ends_with("declare it by 'cloud: true' in the manifest"));
+  document["meshes"]["a"]["vertices"] = "many";
+  CHECK(undeclared_cloud(asked, document));
+  document["meshes"]["a"]["format"] = "xyz";
+  CHECK(!undeclared_cloud(asked, document));
+  document["meshes"]["a"]["format"] = nullptr;
+  CHECK(undeclared_cloud(asked, document));
+  asked.cloud = true;
+  CHECK(!undeclared_cloud(asked, document));
+  asked.cloud = false;
+  document["meshes"]["a"]["triangles"] = 1;
+  CHECK(!undeclared_cloud(asked, document));
+  CHECK(!undeclared_cloud(asked, {{"meshes", {1, 2}}}));
 }
 
 TEST_CASE("a fail may only warn, whatever the upper end") {

@@ -103,6 +103,25 @@ class Pair(Workplace):
             self.assertEqual([gate["name"] for gate in self.report(code, "tolerance.yaml")["gates"]],
                              ["profile-part", "area-part"])
 
+    CLOUDS = {"cut.obj": square().split(b"f", 1)[0],
+              "none.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                          b"element face 0\nproperty list uchar int vertex_indices\nend_header\n0.5 0.5 0\n"}
+
+    def test_a_candidate_without_faces_is_a_cloud_only_if_it_is_declared(self):
+        one_way = ("flat.obj", "--max-distance", "0.1", "--direction", "candidate_to_baseline")
+        for name, data in self.CLOUDS.items():
+            self.file(name, data)
+            gate = self.report(3, name, *one_way)["gates"][0]
+            self.assertEqual((gate["verdict"], gate["distance"], gate["comparison"]), (ERROR, None, None))
+            self.assertRegex(gate["error"]["message"], r"' has \d points? and no faces; .*, declare it by --cloud$")
+            self.exits(3, name, *one_way, "--undecided=warn")
+            self.exits(0, name, *one_way, "--cloud")
+            self.exits(3, name, *one_way[:-2], "--cloud")  # the distance to a cloud is not known
+        self.file("scan.xyz", "0.5 0.5 0\n")
+        self.exits(0, "scan.xyz", *one_way)
+        self.exits(0, "flat.obj", "raised.obj", "--max-distance", "3", "--cloud")
+        self.fails(self.manifest([("part", "flat.obj", "raised.obj", 3)]), "--cloud", saying="--cloud")
+
     def test_a_file_is_not_its_own_baseline(self):
         os.symlink("flat.obj", self.folder / "link.obj")
         for other in ("flat.obj", "./flat.obj", "link.obj"):
@@ -182,6 +201,18 @@ class Manifest(Workplace):
         self.fails("gates.yaml", "--only", "go*", "--only", "none*", saying="none*")
         for empty in (("--only", ""), ("--only=",), ("--only", "good", "--only", "")):
             self.fails("gates.yaml", *empty, saying="--only")
+
+    def test_clouds_are_declared_by_a_gate_or_by_the_defaults(self):
+        self.file("cut.obj", Pair.CLOUDS["cut.obj"])
+        cut, one_way = ("cut", "cut.obj", "flat.obj", "0.1 mm"), "direction: candidate_to_baseline"
+        gate = self.report(3, self.manifest([(*cut, one_way, "on_fail: warn")]))["gates"][0]
+        self.assertIn("'cut.obj' has 4 points and no faces; ", gate["advice"])
+        self.assertIn("'cloud: true' in the manifest", gate["advice"])
+        self.exits(0, self.manifest([(*cut, one_way, "cloud: true")]))
+        self.exits(0, self.manifest([(*cut, one_way)], "cloud: true"))
+        self.exits(3, self.manifest([(*cut, one_way, "cloud: false")], "cloud: true"))
+        result = self.exits(1, self.manifest([(*cut, one_way, "cloud: true", "expect: {oriented: true}")]))
+        self.assertIn("oriented: no", result.stdout)
 
     def test_what_is_not_asked_for_need_not_be_there(self):
         self.manifest([self.GATES[PASS], ("other", "none.obj", "none.obj", "1")])
