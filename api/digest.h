@@ -27,6 +27,7 @@ class Sha256 {
 };
 
 std::string
-random_id();  // 128 random bits as 32 lower-case hex digits; throws std::runtime_error when OpenSSL has none
+random_id();  // 128 random bits as 32 lower-case hex digits; throws std::runtime_error when OpenSSL has none. They are
+              // drawn ahead: not for a child of fork()
 
 }  // namespace meshgauge::api

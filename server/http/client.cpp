@@ -58,7 +58,7 @@ void Client::ready() {
     case Phase::waiting:
       return check_gone();
     case Phase::pausing:
-      return close();
+      return leave();
     case Phase::discarding:
       return discard();
     case Phase::leaving:
@@ -172,7 +172,7 @@ void Client::serve(Head head, const std::optional<Problem>& refusal) {
   begin(Phase::serving, Clock::time_point::max());
   const auto entry = refusal ? Edge::Entry::answered : serving_->enter();
   if (entry == Edge::Entry::answered) {
-    if (is_refused(serving_->exchange().response.status)) refused();
+    if (may_retry(serving_->exchange().response.status)) count_refusal();
     return apply(serving_->advance());
   }
   IoPool& pool = entry == Edge::Entry::status ? edge_.status : edge_.requests;
@@ -181,6 +181,7 @@ void Client::serve(Head head, const std::optional<Problem>& refusal) {
     advance();
   });
   if (taken) return;
+  count_refusal();
   answer(serving_->exchange(), Problem{ProblemKind::overloaded, "all threads are in use; retry in a moment", {}});
   apply(serving_->advance());
 }

@@ -1,6 +1,6 @@
 // One client's connection, from its first byte to its last: which bytes it is waited for, and until when.
 //
-//   hello -> handshake -> idle -> head -> serving <-> body | sending | waiting -> idle, or leaving
+//   hello -> handshake -> idle -> head -> serving <-> body | sending | waiting -> idle, or pausing, discarding, leaving
 //
 // The event loop's thread does all of this but one thing: while `serving`, the connection belongs to a thread of a
 // pool, which runs the handler, takes what has arrived of the body and sends as much of the response as the socket

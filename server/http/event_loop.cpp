@@ -86,10 +86,10 @@ void EventLoop::Source::want(std::uint32_t events) {
   if (!tell(loop_.epoll_.get(), how, fd(), id_, events)) close();  // no memory in the kernel
 }
 
-// An event that is not wanted any more is switched off, once.
+// An event that is not wanted any more is switched off. Errors cannot be, but the first one disarms what is one-shot.
 void EventLoop::tell_ready(Source& source) {
   if (std::exchange(source.wanted_, 0) != 0) return source.ready();
-  source.armed_ = 0;
+  if (std::exchange(source.armed_, 0) == 0) return;
   tell(epoll_.get(), EPOLL_CTL_MOD, source.fd(), source.id_, EPOLLONESHOT);
 }
 

@@ -61,7 +61,7 @@ class EventLoop {
     void want(std::uint32_t events);            // of epoll, for the next ready()
     void soon();                                // ready() is called in the next round
     void set_deadline(Clock::time_point when);  // max(): none
-    void refused() { ++loop_.refused_; }        // a request, for want of room
+    void count_refusal() { ++loop_.refused_; }  // of a request, for want of room
     void close() { closed_ = true; }            // destroys this object after the present call
 
    private:

@@ -32,7 +32,7 @@ void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseco
   response.status = document.status;
   response.content_type = "application/problem+json";
   response.body = std::move(document.json);
-  if (is_refused(document.status)) {
+  if (may_retry(document.status)) {
     const auto seconds = std::clamp<std::int64_t>(std::chrono::ceil<std::chrono::seconds>(retry_after).count(), 1, 60);
     response.headers.emplace_back("Retry-After", std::to_string(seconds));
   }

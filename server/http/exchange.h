@@ -31,8 +31,8 @@ inline constexpr int kNotModified = 304;
 // RFC 9110 sections 8.6 and 15.4.5.
 inline bool has_content(int status) { return status != kNoContent && status != kNotModified; }
 
-// For want of room or by a rate: the client may try again.
-inline bool is_refused(int status) { return status == 429 || status == 503; }
+// Nothing is wrong with the request: the client may send it again.
+inline bool may_retry(int status) { return status == 429 || status == 503; }
 
 struct Exchange;
 

@@ -218,7 +218,7 @@ void Serving::compose() {
   for (auto& header : trace_headers(exchange_.trace)) response.headers.push_back(std::move(header));
   add_security_headers(response);
   // The unread rest of a body would be parsed as the next request.
-  const bool keeps = body_.consumed() || (is_refused(response.status) && body_.left() <= kMostDiscarded);
+  const bool keeps = body_.consumed() || (may_retry(response.status) && body_.left() <= kMostDiscarded);
   if (!keeps || edge_.stopping() || response.stream) close_ = true;
   deadline_ = after(kWriteTime);
   composed_ = true;

@@ -54,7 +54,11 @@ template <class MakeLine>
 void write_line(MakeLine make, bool alike = false) noexcept {
   const MayFail may_fail;
   try {
-    alike ? queue().add_alike(make) : queue().add(make());
+    if (alike) {
+      queue().add_alike(make);
+    } else {
+      queue().add(make());
+    }
   } catch (const std::exception&) {
     lost_lines.fetch_add(1, std::memory_order_relaxed);
   }
@@ -109,7 +113,10 @@ std::string request_line(const Exchange& exchange, double seconds) {
 
 // Under overload most lines would tell of the same refusal.
 void log_request(const Exchange& exchange, double seconds) {
-  write_line([&] { return request_line(exchange, seconds); }, is_refused(exchange.response.status));
+  static const std::string overloaded = api::Problem{api::ProblemKind::overloaded, "", {}}.type();
+  static const std::string too_many = api::Problem{api::ProblemKind::too_many_requests, "", {}}.type();
+  const bool alike = exchange.failure.empty() && (exchange.problem == overloaded || exchange.problem == too_many);
+  write_line([&] { return request_line(exchange, seconds); }, alike);
 }
 
 // The trace is the client's, so that it continues from the front end that accepted the job to the worker that ran it.

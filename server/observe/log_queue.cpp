@@ -42,11 +42,13 @@ struct LogQueue::State {
   State(int to, Report of_dropped, Report of_alike)
       : file(to), report_dropped(std::move(of_dropped)), report_alike(std::move(of_alike)) {}
 
-  // Whether the thread has something to write. Precondition of all: mutex is held.
+  // Precondition of all functions: mutex is held.
+  // Whether the thread has something to write.
   bool is_due() const { return ended || !lines.empty() || (left_out > 0 && Clock::now() >= report_at); }
   void await_lines(std::unique_lock<std::mutex>& lock);
   void wake_writer();
   bool take_alike();
+  void report();
 
   const int file;
   const Report report_dropped;
@@ -71,13 +73,27 @@ struct LogQueue::State {
 void LogQueue::State::await_lines(std::unique_lock<std::mutex>& lock) {
   while (!is_due()) {
     idle = true;
-    left_out > 0 ? void(wake.wait_until(lock, report_at)) : wake.wait(lock);
+    if (left_out > 0) {
+      wake.wait_until(lock, report_at);
+    } else {
+      wake.wait(lock);
+    }
   }
   idle = false;
 }
 
 void LogQueue::State::wake_writer() {
   if (std::exchange(idle, false)) wake.notify_one();
+}
+
+// Adds the lines that tell of those that were dropped or left out, when they are due.
+void LogQueue::State::report() {
+  const auto put = [&](std::string line) {
+    bytes += line.size();
+    lines.push_back(std::move(line));
+  };
+  if (untold > 0) put(report_dropped(std::exchange(untold, 0)));
+  if (left_out > 0 && Clock::now() >= report_at) put(report_alike(std::exchange(left_out, 0)));
 }
 
 // false: there were enough of such lines in this second; this one is counted.
@@ -132,10 +148,13 @@ void LogQueue::add(std::string line) noexcept {
   ++state.untold;
 }
 
-bool LogQueue::drain(std::chrono::milliseconds most) const {
-  const State& state = *state_;
+bool LogQueue::drain(std::chrono::milliseconds most) {
+  State& state = *state_;
   std::unique_lock lock(state.mutex);
-  return state.written.wait_for(lock, most, [&] { return state.lines.empty() && !state.writing; });
+  state.report_at = Clock::now();
+  state.wake_writer();
+  return state.written.wait_for(
+      lock, most, [&] { return state.lines.empty() && state.left_out == 0 && !state.writing; });
 }
 
 std::uint64_t LogQueue::dropped() const {
@@ -166,12 +185,7 @@ void LogQueue::write_lines(State& state) try {
       state.lines.pop_front();
       ++lines;
     }
-    if (state.lines.empty()) {
-      if (state.untold > 0) piece += state.report_dropped(std::exchange(state.untold, 0));
-      if (state.left_out > 0 && Clock::now() >= state.report_at) {
-        piece += state.report_alike(std::exchange(state.left_out, 0));
-      }
-    }
+    if (state.lines.empty()) state.report();
     lock.unlock();
     const bool written = write_all(state.file, piece);
     rested = Clock::now() + kRest;

@@ -28,7 +28,8 @@ class LogQueue {
   void add(std::string line) noexcept;  // never blocks for the descriptor; drops the line without memory
   // As add(make()), kMostAlike times a second. Further lines are not made but counted; one line a second says how many.
   void add_alike(const std::function<std::string()>& make);
-  bool drain(std::chrono::milliseconds most) const;  // waits until all lines are written; false: the time was over
+  // Waits until all lines are written, and the counts of those that are not. false: the time was over.
+  bool drain(std::chrono::milliseconds most);
   std::uint64_t dropped() const;                     // lines since the start, those that could not be written included
 
  private:

@@ -55,6 +55,15 @@ TEST_CASE("log: lines that are alike beyond a hundred a second are counted, and 
   CHECK(pipe.read_until("end\n") == "end\n");
 }
 
+TEST_CASE("log: what was left out is told before a queue is drained") {
+  const Pipe pipe;
+  LogQueue queue(pipe.writer.get(), told, left_out);
+  for (std::uint64_t i = 0; i < LogQueue::kMostAlike + 5; ++i) queue.add_alike([] { return "alike\n"; });
+  CHECK(queue.drain(10s));
+  queue.add("end\n");
+  CHECK(pipe.read_until("end\n").find("left out ") != std::string::npos);
+}
+
 TEST_CASE("log: lines of several threads arrive whole, those of each thread in order") {
   const Pipe pipe;
   LogQueue queue(pipe.writer.get(), told, left_out);
