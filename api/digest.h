@@ -26,8 +26,8 @@ class Sha256 {
   std::unique_ptr<evp_md_ctx_st, Freed> context_;
 };
 
-std::string
-random_id();  // 128 random bits as 32 lower-case hex digits; throws std::runtime_error when OpenSSL has none. They are
-              // drawn ahead: not for a child of fork()
+// 128 random bits as 32 lower-case hex digits; throws std::runtime_error when OpenSSL has none. They are drawn ahead:
+// not for a child of fork().
+std::string random_id();
 
 }  // namespace meshgauge::api

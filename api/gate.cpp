@@ -29,8 +29,8 @@ Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_vie
 }
 
 Verdict verdict_within(double lower, double upper, double limit, double uncertainty) {
-  if (upper <= limit - uncertainty) return Verdict::pass;
-  return lower > limit + uncertainty ? Verdict::fail : Verdict::undecided;
+  if (upper <= less_uncertainty(limit, uncertainty)) return Verdict::pass;
+  return lower > plus_uncertainty(limit, uncertainty) ? Verdict::fail : Verdict::undecided;
 }
 
 Options engine_options(const ComparisonOptions& options) {
@@ -38,8 +38,8 @@ Options engine_options(const ComparisonOptions& options) {
   if (!options.max_share_beyond) return engine;
   if (!engine.areas) engine.areas.emplace();
   const auto& [distance, share] = *options.max_share_beyond;
-  if (options.uncertainty > 0) engine.areas->beyond.push_back({distance - options.uncertainty, share});
-  engine.areas->beyond.push_back({distance + options.uncertainty, share});
+  if (options.uncertainty > 0) engine.areas->beyond.push_back({less_uncertainty(distance, options.uncertainty), share});
+  engine.areas->beyond.push_back({plus_uncertainty(distance, options.uncertainty), share});
   return engine;
 }
 

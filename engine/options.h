@@ -1,6 +1,7 @@
 // The options of a measurement.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -59,5 +60,21 @@ std::span<const std::string_view> supported_simd();
 
 // Whether n_point supports this number of samples.
 bool is_stencil(int points);
+
+// A limit plus a change, rounded down or up: exact where it is a double.
+inline double changed_limit(double limit, double change, double towards) {
+  const double sum = limit + change, part = sum - limit;
+  const double off = (limit - (sum - part)) + (change - part);  // exactly limit + change - sum (Knuth)
+  const bool is_beyond = towards < 0 ? off < 0 : off > 0;
+  return is_beyond ? std::nextafter(sum, towards) : sum;
+}
+
+// A limit less and plus its uncertainty, rounded away from it.
+inline double less_uncertainty(double limit, double uncertainty) {
+  return changed_limit(limit, -uncertainty, -std::numeric_limits<double>::infinity());
+}
+inline double plus_uncertainty(double limit, double uncertainty) {
+  return changed_limit(limit, uncertainty, std::numeric_limits<double>::infinity());
+}
 
 }  // namespace meshgauge

@@ -153,8 +153,8 @@ bool LogQueue::drain(std::chrono::milliseconds most) {
   std::unique_lock lock(state.mutex);
   state.report_at = Clock::now();
   state.wake_writer();
-  return state.written.wait_for(
-      lock, most, [&] { return state.lines.empty() && state.left_out == 0 && !state.writing; });
+  return state.written.wait_for(lock, most,
+                                [&] { return state.lines.empty() && state.left_out == 0 && !state.writing; });
 }
 
 std::uint64_t LogQueue::dropped() const {

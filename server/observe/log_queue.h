@@ -30,7 +30,7 @@ class LogQueue {
   void add_alike(const std::function<std::string()>& make);
   // Waits until all lines are written, and the counts of those that are not. false: the time was over.
   bool drain(std::chrono::milliseconds most);
-  std::uint64_t dropped() const;                     // lines since the start, those that could not be written included
+  std::uint64_t dropped() const;  // lines since the start, those that could not be written included
 
  private:
   struct State;

@@ -33,20 +33,26 @@ Json as_manifest(const Tolerance& tolerance) {
   return json;
 }
 
+std::string as_manifest(const Limit& limit) {
+  return number(limit.max_distance.value_or(0)) + (limit.unit ? " " + std::string(to_string(*limit.unit)) : "");
+}
+
 // JSON is YAML. A share has been divided by a hundred, and is checked apart.
 Json as_manifest(const Entry& entry) {
   const Gate& gate = entry.gate;
   Json json{{"name", entry.name.text},
             {"candidate", entry.candidate.text},
             {"baseline", entry.baseline.text},
-            {"max_distance", number(gate.limit.max_distance.value_or(0)) +
-                                 (gate.limit.unit ? " " + std::string(to_string(*gate.limit.unit)) : std::string())},
             {"direction", name_of(api::kDirections, gate.options.direction)},
             {"timeout", std::to_string(gate.timeout.count()) + " ms"},
             {"strategy", name_of(api::kStrategies, gate.options.strategy)},
             {"tolerance", as_manifest(gate.options.tolerance)},
             {"statistics", gate.statistics},
             {"on_fail", gate.warn_only ? "warn" : "fail"}};
+  if (gate.limit.is_given()) json["max_distance"] = as_manifest(gate.limit);
+  if (gate.area_limit) {
+    json["max_share_beyond"] = {{"distance", as_manifest(gate.area_limit->distance)}, {"share", "1 %"}};
+  }
   if (gate.options.strategy == Strategy::n_point) json["points"] = gate.options.points;
   if (gate.threads_given) json["threads"] = gate.options.threads;
   const api::AskedUnits& units = gate.options.units;
@@ -76,7 +82,12 @@ void require_sound(const Limit& limit) {
 }
 
 void require_sound(const Entry& entry) {
-  require_sound(entry.gate.limit);
+  require(entry.gate.limit.is_given() || entry.gate.area_limit, "a gate has a limit");
+  if (entry.gate.limit.is_given()) require_sound(entry.gate.limit);
+  if (entry.gate.area_limit) {
+    require_sound(entry.gate.area_limit->distance);
+    require(entry.gate.area_limit->share >= 0 && entry.gate.area_limit->share <= 1, "the share is in range");
+  }
   require(entry.gate.timeout.count() >= 1 && entry.gate.timeout.count() <= 180'000, "the time is in range");
   require(is_stencil(entry.gate.options.points), "the number of points is a stencil");
   require(api::in_range(entry.gate.options.threads, api::kThreadsRange, "threads").ok(), "the threads are in range");
