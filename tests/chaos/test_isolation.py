@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import re
 import statistics
 import subprocess
 import tempfile
@@ -16,8 +17,8 @@ REPETITIONS = int(os.environ.get("MESHGAUGE_REPETITIONS", "40"))
 UNKNOWN = "0" * 64
 
 
-def new_key(name):
-    out = subprocess.run([BINARY, "keys", "new", name], capture_output=True, text=True, check=True).stdout
+def new_key(name, *flags):
+    out = subprocess.run([BINARY, "keys", "new", name, *flags], capture_output=True, text=True, check=True).stdout
     token, entry = out.splitlines()
     return token, {**json.loads(entry), "requests_per_minute": 100000, "burst": 10000}
 
@@ -27,8 +28,9 @@ class Isolation(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix="meshgauge-isolation-")
         (cls.ann, ann), (cls.bob, bob) = new_key("ann"), new_key("bob")
+        cls.watch, watch = new_key("watch", "--scope", "metrics")
         keys = Path(cls.folder.name) / "keys.json"
-        keys.write_text(json.dumps({"keys": [ann, bob]}))
+        keys.write_text(json.dumps({"keys": [ann, bob, watch]}))
         cls.server = Victim("--data-dir", cls.folder.name + "/data", "--keys-file", str(keys), "--workers", "2")
 
     @classmethod
@@ -125,6 +127,11 @@ class Isolation(unittest.TestCase):
         spread = 4 * REPETITIONS ** 0.5 / 2  # less than one in ten thousand by chance
         self.assertLessEqual(abs(cheaper - REPETITIONS / 2), spread)
 
+    def cached_meshes(self):
+        """How many meshes were found in the cache, and how many were not."""
+        page = self.ask(self.watch, "GET", "/metrics").body.decode()
+        return [int(float(re.search(r"^meshgauge_mesh_cache_%s_total (.*)$" % what, page, re.M)[1])) for what in ("hits", "misses")]
+
     def test_comparing_by_id_is_not_warm_for_another_key(self):
         a, b = square(0, 200, "warm"), square(1, 200, "warm")
         for key in (self.ann, self.bob):
@@ -133,15 +140,14 @@ class Isolation(unittest.TestCase):
         body = json.dumps({"a": hashlib.sha256(a).hexdigest(), "b": hashlib.sha256(b).hexdigest()}).encode()
 
         def read(key):
-            answer = self.ask(key, "POST", "/v1/comparisons", body, JSON)
-            self.assertEqual(answer.status, 200, answer.body)
-            times = answer.json()["timings_ms"]
-            return times["read_a"] + times["read_b"] + times["build"]
+            hits, misses = self.cached_meshes()
+            self.assertEqual(self.ask(key, "POST", "/v1/comparisons", body, JSON).status, 200)
+            now = self.cached_meshes()
+            return {"hits": now[0] - hits, "misses": now[1] - misses}
 
-        first, again, foreign = read(self.ann), min(read(self.ann) for _ in range(5)), read(self.bob)
-        print("ms to read and build: %.1f, again %.1f, for another key %.1f" % (first, again, foreign), flush=True)
-        self.assertLess(again, first / 3)
-        self.assertGreater(foreign, 3 * again)
+        self.assertEqual(read(self.ann), {"hits": 0, "misses": 2})
+        self.assertEqual(read(self.ann), {"hits": 2, "misses": 0})
+        self.assertEqual(read(self.bob), {"hits": 0, "misses": 2})
 
 
 if __name__ == "__main__":

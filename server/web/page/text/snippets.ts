@@ -88,6 +88,7 @@ export function gatesYaml(result: Comparison, names: Names): string {
     ...limitLines(result),
     ...unitsLine(result),
     ...directionLine(result),
+    ...cloudLine(result),
     ...toleranceLine(result),
   ];
   return lines.join("\n") + "\n";
@@ -116,6 +117,11 @@ function unitsLine(result: Comparison): string[] {
 function directionLine(result: Comparison): string[] {
   if (result.direction === "symmetric") return [];
   return [`    direction: ${result.direction === "a_to_b" ? "candidate_to_baseline" : "baseline_to_candidate"}`];
+}
+
+// Points without faces have to be declared, but for a format that has nothing else.
+function cloudLine({ meshes: { a } }: Comparison): string[] {
+  return a.triangles === 0 && a.format !== "xyz" ? ["    cloud: true"] : [];
 }
 
 function toleranceLine(result: Comparison): string[] {
