@@ -5,6 +5,7 @@
 
 #include "tests/api/formats/files.h"
 #include "tests/api/formats/gltf_documents.h"
+#include "tests/api/formats/gltf_files.h"
 
 namespace meshgauge::api::test {
 namespace {
