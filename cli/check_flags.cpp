@@ -20,15 +20,13 @@
 #include "check/manifest/naming.h"
 #include "check/manifest/quantities.h"
 #include "check/selection.h"
+#include "cli/read_flag.h"
 
 namespace meshgauge::cli {
 namespace {
 
 Result<Done> set_timeout(const CheckFlags& flags, check::Gate& gate) {
-  if (!flags.timeout) return Done{};
-  const auto timeout = check::parse_duration(*flags.timeout);
-  if (!timeout) return bad_flag("--timeout", timeout.error().message);
-  return gate.timeout = *timeout, Done{};
+  return read_flag("--timeout", flags.timeout, check::parse_duration, gate.timeout);
 }
 
 Result<Done> set_threads(const CheckFlags& flags, check::Gate& gate) {
@@ -70,21 +68,10 @@ Result<Done> set_names(const CheckFlags& flags, Options& options) {
 Result<Done> set_limits(const CheckFlags& flags, check::Gate& gate) {
   if (!flags.max_distance && !flags.max_share_beyond)
     return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond");
-  if (flags.max_distance) {
-    const auto limit = check::parse_limit(*flags.max_distance);
-    if (!limit) return bad_flag("--max-distance", limit.error().message);
-    gate.limit = *limit;
-  }
-  if (flags.max_share_beyond) {
-    const auto limit = check::parse_area_limit(*flags.max_share_beyond);
-    if (!limit) return bad_flag("--max-share-beyond", limit.error().message);
-    gate.area_limit = *limit;
-  }
-  if (flags.uncertainty) {
-    const auto found = check::parse_limit(*flags.uncertainty);
-    if (!found) return bad_flag("--uncertainty", found.error().message);
-    gate.uncertainty = *found;
-  }
+  if (auto ok = read_flag("--max-distance", flags.max_distance, check::parse_limit, gate.limit); !ok) return ok;
+  if (auto ok = read_flag("--max-share-beyond", flags.max_share_beyond, check::parse_area_limit, gate.area_limit); !ok)
+    return ok;
+  if (auto ok = read_flag("--uncertainty", flags.uncertainty, check::parse_limit, gate.uncertainty); !ok) return ok;
   const auto ok = check::check_limits(gate);
   return ok ? ok : bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
 }

@@ -27,6 +27,7 @@
 #include "cli/commands.h"
 #include "cli/interrupts.h"
 #include "cli/places.h"
+#include "cli/read_flag.h"
 #include "cli/report.h"
 #include "cli/unit_flags.h"
 
@@ -104,18 +105,11 @@ Result<Done> set_limits(const Flags& flags, api::ComparisonOptions& options) {
     if (!limit) return refused("--max-distance " + limit.error().message, "", "--max-distance");
     gate.limit = *limit;
   }
-  if (flags.max_share_beyond) {
-    const auto limit = check::parse_area_limit(*flags.max_share_beyond);
-    if (!limit) return bad_flag("--max-share-beyond", limit.error().message);
-    if (limit->distance.max_diagonal_share)
-      return bad_flag("--max-share-beyond", "the distance must be a length, such as 0.05 mm, not a share");
-    gate.area_limit = *limit;
-  }
-  if (flags.uncertainty) {
-    const auto found = check::parse_length(*flags.uncertainty);
-    if (!found) return bad_flag("--uncertainty", found.error().message);
-    gate.uncertainty = *found;
-  }
+  if (auto ok = read_flag("--max-share-beyond", flags.max_share_beyond, check::parse_area_limit, gate.area_limit); !ok)
+    return ok;
+  if (gate.area_limit && gate.area_limit->distance.max_diagonal_share)
+    return bad_flag("--max-share-beyond", "the distance must be a length, such as 0.05 mm, not a share");
+  if (auto ok = read_flag("--uncertainty", flags.uncertainty, check::parse_length, gate.uncertainty); !ok) return ok;
   if (const auto ok = check::check_limits(gate); !ok)
     return bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
   const check::Limits limits = check::limits_of(gate, 0);

@@ -25,8 +25,8 @@ struct Demand {
 
   bool met() const { return probes.empty() && mean == 0 && square == 0; }
 
-  // Whether a lower function can narrow the part: it is at most the corners' distances. Or shows that nothing can:
-  // `near` is how far rounding keeps the part from a limit.
+  // Whether a lower function, which is at most the corners' distances, can narrow the part, or show that nothing can.
+  // `near`: the slack of its functions, within which a distance may equal a limit.
   bool needs_low(const Part& part, double near) const {
     double farthest = 0;
     for (const Corner& corner : part.corners) farthest = std::max(farthest, corner.distance);

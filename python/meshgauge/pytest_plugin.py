@@ -130,6 +130,10 @@ class _Report:
         flags += [f"--unit-{name}={unit}" for name, unit in sent.get("units", {}).items()]
         flags += [f"--direction={direction}"] if direction else []
         flags += ["--cloud"] if self._options["cloud"] else []
+        if area := self._options.get("max_share_beyond"):
+            flags.append(f"--max-share-beyond={area['distance']}: {100 * area['share']!r} %")
+        if (uncertainty := self._options.get("uncertainty")) is not None:
+            flags.append(f"--uncertainty={uncertainty}")
         timeout = self._options.get("timeout", 30.0)
         return flags + ([f"--timeout={timeout} s"] if timeout else [])
 

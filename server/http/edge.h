@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <string>
 
 #include "server/http/connection_limit.h"
 #include "server/http/exchange.h"

@@ -64,6 +64,18 @@ class Plugin(unittest.TestCase):
         self.assertIn(limit, page)
         return report
 
+    def test_a_report_has_all_limits(self):
+        source = HEAD + """
+def test_area(assert_mesh_close):
+    assert_mesh_close(shapes.box(10), shapes.box(10.5), "5 mm", units=("mm", "mm"), uncertainty="0.001 mm",
+                      max_share_beyond={"distance": "0.01 mm", "share": 0.001})
+"""
+        code, output = self.run_pytest(source)
+        self.assertEqual(code, 1, output)
+        page = self.assert_report(output, "0.1 % beyond 0.01 mm").read_text()
+        self.assertIn("The gate fails", page)
+        self.assertIn("0.001 mm", page)
+
     def test_a_folder_for_reports_and_options(self):
         source = HEAD + """
 def test_units(assert_mesh_close):

@@ -173,7 +173,10 @@ TEST_CASE("a limit of the area alone, and beside one of the distance") {
 
 TEST_CASE("a limit of the area that its time does not decide") {
   const Folder folder;
-  Gate hard = gate(folder.obj("a.obj", shapes::sphere(150)), folder.obj("b.obj", shapes::sphere(149)), 0);
+  Gate hard = gate(folder.obj("a.obj", shapes::grid(40)), folder.obj("b.obj", shapes::grid(43)), 0);
+  hard.options.strategy = Strategy::four_point;  // two flat grids: bisection approaches 0 for ever, before the areas
+  hard.options.tolerance = {0.0, std::nullopt, std::nullopt};
+  hard.tolerance_given = true;
   hard.limit = {};
   hard.area_limit = AreaLimit{{1e-5, {}, {}}, 0.4};
   hard.timeout = std::chrono::milliseconds(150);

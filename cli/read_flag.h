@@ -1,0 +1,21 @@
+// Flags with a text that is parsed.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "api/refused.h"
+#include "engine/result.h"
+
+namespace meshgauge::cli {
+
+// Sets `to` to what `parse` makes of the flag's text, if the flag is given.
+template <class Parse, class Value>
+Result<Done> read_flag(const char* flag, const std::optional<std::string>& text, const Parse& parse, Value& to) {
+  if (!text) return Done{};
+  const auto parsed = parse(*text);
+  if (!parsed) return bad_flag(flag, parsed.error().message);
+  return to = *parsed, Done{};
+}
+
+}  // namespace meshgauge::cli
