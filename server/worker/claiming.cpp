@@ -77,14 +77,19 @@ void Worker::claim(const Claim& what) {
       store_errors_.note(some);
     }
   }
-  const std::lock_guard lock(mutex_);
-  if (through) {
-    claim_pause_ = milliseconds(0);
-    if (claimed.empty() && !look_again_) next_claim_ = Clock::now() + options_.poll;
-    if (!claimed.empty()) adopt(claimed);
-  } else if (!look_again_ || claim_pause_ > milliseconds(0)) {
-    claim_pause_ = std::clamp(2 * claim_pause_, kFirstPause, kLongestPause);
-    next_claim_ = Clock::now() + claim_pause_;
+  {
+    const std::lock_guard lock(mutex_);
+    if (through) {
+      claim_pause_ = milliseconds(0);
+      if (claimed.empty() && !look_again_) next_claim_ = Clock::now() + options_.poll;
+      if (!claimed.empty()) adopt(claimed);
+    } else if (!look_again_ || claim_pause_ > milliseconds(0)) {
+      claim_pause_ = std::clamp(2 * claim_pause_, kFirstPause, kLongestPause);
+      next_claim_ = Clock::now() + claim_pause_;
+    }
+  }
+  for (const HeldJobPtr& job : claimed) {
+    if (job->live->cancel_requested()) cancel(job);
   }
 }
 

@@ -74,7 +74,7 @@ bool Worker::tell(const std::map<std::string, Telling>& due) {
 
 // A job whose end is being stored may be `lost` because it has ended: finish_all() reports that.
 void Worker::hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbeat heard) {
-  if (heard == store::Heartbeat::cancel) return job->live->cancel();
+  if (heard == store::Heartbeat::cancel) return cancel(job);
   bool freed = false;
   {
     const std::lock_guard lock(mutex_);

@@ -1,8 +1,10 @@
 #include "server/worker/worker.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
+#include "api/load.h"
 #include "server/jobs/equal_work.h"
 #include "server/jobs/kept_blobs.h"
 #include "server/observe/log.h"
@@ -77,16 +79,33 @@ void Worker::hear(const store::Signal& signal) {
 
 // Remembers a key that is not held: its claim may be under way.
 void Worker::cancel(const store::JobKey& key) {
-  const std::lock_guard lock(mutex_);
-  bool found = false;
-  for (const HeldJobPtr& job : held_) {
-    if (job->live->key != key) continue;
-    job->live->cancel();
-    found = true;
+  std::vector<HeldJobPtr> found;
+  {
+    const std::lock_guard lock(mutex_);
+    std::copy_if(held_.begin(), held_.end(), std::back_inserter(found),
+                 [&](const auto& job) { return job->live->key == key; });
+    if (found.empty()) cancelled_.push_back(key);
+    if (cancelled_.size() > kMostCancelled) cancelled_.pop_front();
   }
-  if (found) return;
-  cancelled_.push_back(key);
-  if (cancelled_.size() > kMostCancelled) cancelled_.pop_front();
+  for (const HeldJobPtr& job : found) cancel(job);
+}
+
+// A job that a thread has taken ends there. Another one ends here: all threads may be busy for long.
+void Worker::cancel(const HeldJobPtr& job) {
+  LiveJob& live = *job->live;
+  live.cancel();
+  bool buffered = false;
+  {
+    const std::lock_guard lock(mutex_);
+    buffered = job->stage == Stage::claimed || job->stage == Stage::opening || job->stage == Stage::ready;
+    if (buffered) {
+      buffer_.remove(*job);
+      job->stage = Stage::leaving;
+    }
+  }
+  if (!buffered && !scheduler_.withdraw(live.control)) return;
+  end(job, api::in_time(live.control, "a thread was free for it").error());
+  buffered ? begin_what_can() : free_thread(*job);
 }
 
 std::size_t Worker::running() const {
@@ -123,14 +142,11 @@ void Worker::withdraw(const HeldJobPtr& job) {
   bool lost = false;
   {
     const std::lock_guard lock(mutex_);
-    buffer_.ended(*job);
     job->stage = Stage::leaving;
     lost = job->lost;
-    if (lost) std::erase(held_, job);
-    --given_;
-    idle_.notify_all();
   }
   if (!lost) leave({job, std::nullopt, std::nullopt, ""});
+  free_thread(*job);
 }
 
 void Worker::stop(milliseconds timeout) {
@@ -176,23 +192,28 @@ void Worker::submit(const HeldJobPtr& job) {
   scheduler_.submit(scheduler_.uncounted(),
                     {live->client, live->bytes, live->request.timeout, std::shared_ptr<Control>(live, &live->control),
                      [this, job](Scheduler::Slot slot) { run(job, std::move(slot)); }});
+  if (live->cancel_requested()) cancel(job);  // cancel() may have looked before it waited there
+}
+
+void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
+  if (begin(*job)) end(job, measuring_.measured(*job->live));
+  { const Scheduler::Slot done = std::move(slot); }
+  free_thread(*job);
+}
+
+void Worker::end(const HeldJobPtr& job, const Result<api::Comparison>& result) {
+  measuring_.count(*job->live, result);
+  release_bytes(job->live->a);
+  release_bytes(job->live->b);
+  conclude(job, result);
 }
 
 // The last access to this worker is under its lock: after that it may be destroyed.
-void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
-  LiveJob& live = *job->live;
-  if (begin(*job)) {
-    const auto result = measuring_.measured(live);
-    measuring_.count(live, result);
-    release_bytes(live.a);
-    release_bytes(live.b);
-    conclude(job, result);
-  }
-  { const Scheduler::Slot done = std::move(slot); }
+void Worker::free_thread(const HeldJob& job) {
   {
     const std::lock_guard lock(mutex_);
-    buffer_.ended(*job);
-    if (job->lost) std::erase(held_, job);
+    buffer_.ended(job);
+    if (job.lost) std::erase_if(held_, [&](const HeldJobPtr& held) { return held.get() == &job; });
   }
   begin_what_can();
   const std::lock_guard lock(mutex_);

@@ -61,7 +61,8 @@ class Worker {
   void wake();   // claims soon: jobs may be queued, or the store may be back. Does not block
   void hear(const store::Signal& signal);
 
-  // Cancels a job that is held here; remembers another key in case its claim is under way.
+  // Cancels a job that is held here, whether a thread runs it or not; remembers another key in case its claim is under
+  // way.
   void cancel(const store::JobKey& key);
 
   void drain();  // stops claiming, and hands back jobs that have not begun
@@ -98,6 +99,9 @@ class Worker {
   void submit(const HeldJobPtr& job);
   void run(const HeldJobPtr& job, Scheduler::Slot slot);
   bool begin(HeldJob& job);
+  void cancel(const HeldJobPtr& job);
+  void end(const HeldJobPtr& job, const Result<api::Comparison>& result);
+  void free_thread(const HeldJob& job);
   void conclude(const HeldJobPtr& job, const Result<api::Comparison>& result);
   void withdraw(const HeldJobPtr& job);
   void leave(PendingResult delivery);

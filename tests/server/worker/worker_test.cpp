@@ -1,5 +1,11 @@
 #include "server/worker/worker.h"
 
+#include <future>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 #include "bench_of_workers.h"
@@ -83,6 +89,45 @@ TEST_CASE("worker: a cancel before the answer of the claim is remembered") {
   const auto key = put_job(kept, job_named("early"));
   bench.worker.start();
   CHECK(eventually([&] { return has_state(kept, key, JobState::cancelled); }));
+}
+
+TEST_CASE("worker: an owner's cancel ends a job that waits for a thread, which another keeps") {
+  Kept kept;
+  Stand stand;
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  std::promise<void> released;
+  const auto cancelled = [&](const store::JobKey& key) {
+    got(kept.embedded.jobs().request_cancel(key, {store::now(), store::now() + seconds(60)}));
+    SUBCASE("that is signalled") { bench.worker.cancel(key); }
+    SUBCASE("that the next heartbeat tells of") {}
+    CHECK(eventually([&] { return has_state(kept, key, JobState::cancelled); }));
+  };
+  SUBCASE("in the buffer") {
+    std::vector<store::JobKey> keys;
+    for (int i = 0; i < 5; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
+    bench.worker.start();
+    REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 5; }));
+    cancelled(keys[3]);
+    CHECK(eventually([&] { return bench.worker.held() == 4; }));
+    CHECK(row_of(kept, keys[0]).state == JobState::running);
+  }
+  SUBCASE("in the scheduler") {
+    const auto control = std::make_shared<Control>();
+    auto place = bench.scheduler.admit(Scheduler::Kind::awaited, "");
+    bench.scheduler.submit(std::move(*place),
+                           {"", 0, kLong, control, [&](Scheduler::Slot) { released.get_future().wait(); }});
+    REQUIRE(eventually([&] { return bench.scheduler.figures().running == 1; }));
+    const auto key = put_job(kept, job_named("waits"));
+    bench.worker.start();
+    REQUIRE(eventually([&] { return bench.scheduler.figures().waiting == 1; }));
+    cancelled(key);
+    CHECK(bench.scheduler.figures().waiting == 0);
+    const auto next = put_job(kept, job_named("next"));
+    REQUIRE(eventually([&] { return bench.scheduler.figures().waiting == 1; }));
+    released.set_value();
+    stand.released = true;
+    CHECK(eventually([&] { return has_state(kept, next, JobState::done); }));
+  }
 }
 
 TEST_CASE("worker: draining hands back jobs that have not begun, without blame, and lets others end") {
