@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace meshgauge {
 
@@ -43,6 +44,11 @@ class Control {
   void watch(std::function<void(const Progress&)> callback, std::chrono::milliseconds interval) {
     callback_ = std::move(callback);
     interval_ = interval;
+  }
+
+  // Replaces the callback and returns the one before; null: none. Both are called at the interval of watch().
+  std::function<void(const Progress&)> exchange_callback(std::function<void(const Progress&)> callback) {
+    return std::exchange(callback_, std::move(callback));
   }
 
   // For tests: check() returns `cancelled` from its n-th call on.

@@ -14,6 +14,7 @@
 #include "engine/conclusion.h"
 #include "engine/narrowing_time.h"
 #include "engine/reduction.h"
+#include "engine/region_stage.h"
 #include "engine/rounding.h"
 #include "engine/stage_clock.h"
 #include "engine/statistics_stage.h"
@@ -93,6 +94,13 @@ void Measurement::open(std::optional<Directed>& directed, MeasuredMesh& from, Me
 }
 
 Outcome Measurement::run() {
+  options_.regions.empty() ? search_whole() : measure_regions(pair_, options_, control_, outcome_);
+  if (options_.areas) bound_areas();
+  if (options_.statistics) sample();
+  return std::move(outcome_);
+}
+
+void Measurement::search_whole() {
   conclude(search_all());
   // The gate cannot pass any more: whether it fails is another limit.
   if (limit_ && options_.uncertainty > 0 && outcome_.stop == Stop::gate_decided && outcome_.lower > *limit_) {
@@ -100,9 +108,6 @@ Outcome Measurement::run() {
     if (!gate_decided(limit_, outcome_.lower, outcome_.upper)) conclude(search_anew());
   }
   if (options_.narrow && outcome_.stop == Stop::gate_decided) narrow();
-  if (options_.areas) bound_areas();
-  if (options_.statistics) sample();
-  return std::move(outcome_);
 }
 
 std::optional<Stop> Measurement::search_all() {

@@ -4,6 +4,7 @@
 //   traverse     sweep.h, or traversal.h with a strategy of the paper
 //   reduce       bisection.h, or reduction.h with a strategy of the paper
 //   certify      certify.h
+//   regions      region_stage.h, instead of the above, which it runs for each part
 //   areas        area/area_stage.h
 //   statistics   statistics_stage.h
 #pragma once
@@ -38,6 +39,7 @@ class Measurement final : public Monitor {
   bool measures_points() const;
   void set_gate(double limit);
   void open(std::optional<Directed>& directed, MeasuredMesh& from, MeasuredMesh& to);
+  void search_whole();
   std::optional<Stop> search_all();
   std::optional<Stop> build_both();
   std::optional<Stop> measure(MeasuredDirection& direction);

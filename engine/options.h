@@ -8,8 +8,10 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "engine/area.h"
+#include "engine/region.h"
 #include "engine/statistics.h"
 #include "engine/thresholds.h"
 
@@ -36,7 +38,8 @@ struct Tolerance {
 struct Options {
   Direction direction = Direction::symmetric;
   Tolerance tolerance{std::nullopt, 1e-6, 0.01};
-  std::optional<double> max_distance;  // the gate, in the meshes' unit: stop when U <= it or L > it
+  std::optional<double>
+      max_distance;  // the gate, in the meshes' unit: stop when U <= it or L > it; with regions: the rest's
   // For a measured distance, in the meshes' unit: the gate is decided when U <= max_distance - uncertainty, or
   // L > max_distance + uncertainty, or neither will ever hold.
   double uncertainty = 0;
@@ -52,7 +55,9 @@ struct Options {
   std::string_view simd = "auto";      // instruction set: "auto" for the fastest, or one of supported_simd()
   std::optional<AreaOptions> areas;    // nullopt: none; else bounded after the interval is final
   std::optional<Sampling> statistics;  // nullopt: none; else sampled after the interval and the areas
-  Thresholds thresholds;               // for tests
+  // Not empty: each region is measured by itself, then what is in no region, the rest (engine/region_stage.h).
+  std::vector<Region> regions;
+  Thresholds thresholds;  // for tests
 };
 
 // The instruction sets that this processor supports, the fastest first; the last is "scalar". All give the same bits.

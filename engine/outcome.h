@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "engine/area.h"
 #include "engine/mesh.h"
@@ -71,6 +72,17 @@ struct Directed {
   Work work;
 };
 
+// What was measured of a region, or of the rest: the largest distance of its points, to all of the other mesh.
+struct RegionOutcome {
+  bool empty = true;  // no point of a mesh that was measured from lies in it; then the distance is 0
+  Stop stop = Stop::converged;
+  double lower = 0;  // bounds of the distance, of the directions asked for, in the meshes' unit
+  double upper = 0;
+  std::optional<Bounds> a_to_b;  // nullopt: not asked for
+  std::optional<Bounds> b_to_a;
+  double precision_floor = 0;  // what rounding, and cutting the surface at a sphere, adds to the width of the interval
+};
+
 // Wall time of each stage, in milliseconds.
 struct Timings {
   double build = 0;
@@ -93,6 +105,7 @@ struct Outcome {
   std::string_view simd;           // the instruction set that was used
   unsigned threads = 1;            // upper limit of the threads that were used
   Timings timings;
+  std::vector<RegionOutcome> regions;    // of Options::regions, in their order, then of the rest; empty: not asked for
   std::optional<AreaOutcome> areas;      // nullopt: not asked for; no bound above depends on them
   std::optional<Statistics> statistics;  // nullopt: not asked for; nothing above depends on them
 };

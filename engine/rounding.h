@@ -128,8 +128,18 @@
 //      most min(n, m) + n/m + 1 sums, so the sum errs by that times u (1 + 2^-20) sum P. The computed sum P has a
 //      relative error below (n + 16) u < 2^-22. kVolumeSlack = 16u holds the 9u, these factors and the rounding of the
 //      error itself. What underflows is below 2^-1070 for each of at most 2^30 triangles: kVolumeOffset = 2^-1000.
+//
+// (R15) Cuts (engine/pieces.h), in the meshes' unit. A height above a plane across an axis is a difference, with a
+//      relative error of u and the right sign. Another one, n . (x - o) - r with |n| - 1 <= 4u, errs by u for each
+//      difference, 4u for products and sums, and u for the last: less than 8u (|x - o|_1 + |r|). A corner that may be
+//      off by `off` adds |n| off. Adding both to the height costs u of the sum: height_error(), with 16u for 9u. The
+//      parameter of a crossing is a quotient of heights: 4u of their own, 2u of the operations, so it moves a
+//      coordinate by 6u |b - a|; the difference, the product and the sum by u |b - a|, u |b - a| and u max(|a|, |b|).
+//      crossing_error() has 16u and 2u, and 2^-1070 for underflow.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -203,6 +213,15 @@ inline double upper_slack(double residual, std::uint32_t max_depth) {
 
 // The error of R8 for a mesh whose largest scaled coordinate is `largest` in magnitude.
 inline double scaling_error(double largest) { return 6 * kUnit * largest + 0x1p-1072; }
+
+// What a height above a plane may be off at a corner that may be off by `off`, `size` the sum of the absolute values of
+// its terms: R15.
+inline double height_error(double off, double size) { return off * (1 + 16 * kUnit) + 16 * kUnit * size + 0x1p-1070; }
+
+// What a coordinate between a and b on an edge may be off: R15.
+inline double crossing_error(double a, double b) {
+  return 16 * kUnit * std::abs(b - a) + 2 * kUnit * std::max(std::abs(a), std::abs(b)) + 0x1p-1070;
+}
 
 // Return x * 2^exponent, rounded towards +infinity or towards zero. Precondition: x >= 0; x and the result are finite.
 double scale_up(double x, int exponent);

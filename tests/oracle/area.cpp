@@ -1,55 +1,21 @@
 #include "oracle/area.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include <Eigen/Geometry>
+#include "oracle/long_triangle.h"
 
 namespace meshgauge::oracle {
 namespace {
 
-using Point3 = Eigen::Matrix<long double, 3, 1>;
-using LongTriangle = std::array<Point3, 3>;
-
-LongTriangle long_triangle(const Mesh& mesh, const Triangle& t) {
-  return {mesh.positions[t[0]].cast<long double>(), mesh.positions[t[1]].cast<long double>(),
-          mesh.positions[t[2]].cast<long double>()};
-}
-
-long double to_segment(const Point3& p, const Point3& a, const Point3& b) {
-  const Point3 ab = b - a;
-  const long double length_sq = ab.squaredNorm();
-  const long double s = length_sq > 0 ? std::clamp((p - a).dot(ab) / length_sq, 0.0L, 1.0L) : 0.0L;
-  return (p - a - s * ab).norm();
-}
-
-// The distance to the plane where the foot is inside of all edges, else to the nearest edge.
-long double to_triangle(const Point3& p, const LongTriangle& t) {
-  const Point3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
-  const long double length = normal.norm();
-  long double least = std::min({to_segment(p, t[0], t[1]), to_segment(p, t[1], t[2]), to_segment(p, t[2], t[0])});
-  if (!(length > 0)) return least;
-  bool inside = true;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Point3& a = t[i];
-    inside = inside && normal.dot((t[(i + 1) % 3] - a).cross(p - a)) >= 0;
-  }
-  if (inside) least = std::min(least, std::abs((p - t[0]).dot(normal)) / length);
-  return least;
-}
-
 class CellMaker {
  public:
   CellMaker(const Mesh& to, int depth, long double limit, int limit_depth)
-      : depth_(depth), limit_(limit), limit_depth_(limit_depth) {
-    for (const Triangle& t : to.triangles) to_.push_back(long_triangle(to, t));
-  }
+      : to_(long_triangles(to)), depth_(depth), limit_(limit), limit_depth_(limit_depth) {}
 
   void add(const LongTriangle& t, long double area, int level) {
     const Point3 centre = (t[0] + t[1] + t[2]) / 3;
-    long double distance = to_triangle(centre, to_[0]);
-    for (const LongTriangle& other : to_) distance = std::min(distance, to_triangle(centre, other));
+    const long double distance = to_nearest(centre, to_);
     const long double radius = std::max({(t[0] - centre).norm(), (t[1] - centre).norm(), (t[2] - centre).norm()});
     const bool passes = distance - radius <= limit_ && distance + radius > limit_;
     if (level >= depth_ && !(passes && level < limit_depth_)) {

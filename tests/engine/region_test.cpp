@@ -1,0 +1,201 @@
+// Distances within regions, for shapes whose distances are known.
+#include "engine/region.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "engine/clipping.h"
+#include "engine/hausdorff.h"
+#include "engine/prepared.h"
+#include "shapes.h"
+
+using namespace meshgauge;
+
+namespace {
+
+Region box(const Vec3& low, const Vec3& high, std::optional<double> limit = {}) { return {Box{low, high}, limit}; }
+Region sphere(const Vec3& centre, double radius) { return {Sphere{centre, radius}, {}}; }
+
+Outcome measured(const Mesh& a, const Mesh& b, const std::vector<Region>& regions,
+                 Direction direction = Direction::a_to_b, double tolerance = 1e-9) {
+  Options options;
+  options.direction = direction;
+  options.tolerance = {tolerance, std::nullopt, std::nullopt};
+  options.regions = regions;
+  Control control;
+  return measure(a, b, options, control);
+}
+
+bool holds(const RegionOutcome& found, double value, double width = 1e-8) {
+  return found.lower <= value + 1e-12 && value - 1e-12 <= found.upper && found.upper - found.lower <= width;
+}
+
+// The square [0,1]^2, whose height over the plane z = 0 is x; in one piece.
+Mesh ramp() { return {{{0, 0, 0}, {1, 0, 1}, {1, 1, 1}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}}; }
+Mesh plane() { return shapes::moved(shapes::grid(4, 8), {-4, -4, 0}); }
+
+constexpr double kAll = 10;
+
+}  // namespace
+
+TEST_CASE("regions: a box cuts triangles, and the rest is the complement") {
+  const Outcome found = measured(ramp(), plane(), {box({0.25, -kAll, -kAll}, {0.5, kAll, kAll})});
+  REQUIRE(found.regions.size() == 2);
+  CHECK(holds(found.regions[0], 0.5));
+  CHECK(holds(found.regions[1], 1));
+  CHECK(found.lower == found.regions[1].lower);
+  CHECK(found.upper == found.regions[1].upper);
+  CHECK(found.stop == Stop::converged);
+  const Outcome other = measured(ramp(), plane(), {box({0.5, -kAll, -kAll}, {kAll, kAll, kAll})});
+  CHECK(holds(other.regions[0], 1));
+  CHECK(holds(other.regions[1], 0.5));
+}
+
+TEST_CASE("regions: overlapping regions are measured each by itself") {
+  const Outcome found =
+      measured(ramp(), plane(), {box({-kAll, -kAll, -kAll}, {0.75, kAll, kAll}), sphere({0.5, 0.5, 0.5}, 0.25)});
+  CHECK(holds(found.regions[0], 0.75));
+  CHECK(holds(found.regions[1], 0.5 + 0.25 * std::sqrt(0.5)));
+  CHECK(holds(found.regions[2], 1));
+}
+
+TEST_CASE("regions: a sphere's circle is met as closely as asked for, and the rest begins at it") {
+  for (const double tolerance : {1e-2, 1e-5}) {
+    const Outcome found = measured(ramp(), plane(), {sphere({1, 0.5, 1}, 0.5), sphere({0, 0.5, 0}, std::sqrt(1.25))},
+                                   Direction::a_to_b, tolerance);
+    CHECK(holds(found.regions[0], 1, tolerance));
+    const double x = std::sqrt((1.25) / 2);  // along the middle, at 45 degrees
+    CHECK(holds(found.regions[1], x, tolerance));
+    CHECK(found.stop == Stop::converged);
+  }
+}
+
+TEST_CASE("regions: the other mesh is the target as a whole") {
+  const Mesh a = shapes::moved(shapes::grid(2), {0, 0, 0.5}), b = shapes::moved(shapes::grid(2), {3, 0, 0.5});
+  // Nothing of b lies in the region, and yet the distance is to b.
+  const Outcome found = measured(a, b, {box({0, 0, 0}, {1, 1, 1})}, Direction::symmetric);
+  CHECK(holds(found.regions[0], 3));
+  CHECK(found.regions[0].b_to_a->upper == 0);
+  CHECK(holds(found.regions[1], 3));
+  CHECK(found.regions[1].a_to_b->upper == 0);
+}
+
+TEST_CASE("regions: a surface in a face of a box is inside, to the last bit") {
+  const Mesh cube = shapes::cube(0.1, {0.1, 0.2, 0.3});
+  const double top = cube.positions[7].z();
+  const Outcome on = measured(cube, plane(), {box({-kAll, -kAll, top}, {kAll, kAll, kAll})});
+  CHECK(!on.regions[0].empty);
+  CHECK(holds(on.regions[0], top));
+  const double above = std::nextafter(top, kAll), below = std::nextafter(top, 0.0);
+  CHECK(measured(cube, plane(), {box({-kAll, -kAll, above}, {kAll, kAll, kAll})}).regions[0].empty);
+  // What lies in the face does not belong to the rest.
+  const auto rest = part_of(cube, 0, std::vector<Region>{box({-kAll, -kAll, -kAll}, {kAll, kAll, top})}, Keep::outside,
+                            1e-9, never_interrupted);
+  CHECK(rest->sure.mesh.triangles.empty());
+  CHECK(rest->doubtful.mesh.triangles.empty());
+  const Outcome cut = measured(cube, plane(), {box({-kAll, -kAll, -kAll}, {kAll, kAll, below})});
+  CHECK(holds(cut.regions[0], below));
+  CHECK(holds(cut.regions[1], top));
+}
+
+TEST_CASE("regions: only a corner is inside") {
+  const Mesh a = shapes::triangle({0, 0, 1}, {1, 0, 2}, {0, 1, 3});
+  const Outcome found = measured(a, plane(), {box({-1, 0.5, 3}, {0, 2, 4}), sphere({0, 0, 1}, 0)});
+  CHECK(holds(found.regions[0], 3));
+  CHECK(found.regions[0].a_to_b->witness->point_a == Vec3(0, 1, 3));
+  CHECK(found.regions[0].a_to_b->witness->triangle_a == 0);
+  CHECK(found.regions[1].lower <= 1);
+  CHECK(found.regions[1].upper >= 1);
+  CHECK(holds(found.regions[2], 3));
+}
+
+TEST_CASE("regions: all or nothing of the surface") {
+  const Mesh a = shapes::sphere(8, 1), b = shapes::sphere(5, 1.1);
+  const Outcome whole = measured(a, b, {}, Direction::symmetric);
+  CHECK(whole.regions.empty());
+  for (const Region& all : {box(Vec3::Constant(-2), Vec3::Constant(2)), sphere(Vec3::Zero(), 2)}) {
+    const Outcome found = measured(a, b, {all}, Direction::symmetric);
+    CHECK(found.regions[0].lower <= whole.upper);
+    CHECK(found.regions[0].upper >= whole.lower);
+    CHECK(!found.regions[0].empty);
+    CHECK(found.regions[1].empty);
+    CHECK(found.regions[1].upper == 0);
+  }
+  for (const Region& nothing : {box(Vec3::Constant(2), Vec3::Constant(3)), sphere(Vec3::Zero(), 0.1)}) {
+    const Outcome found = measured(a, b, {nothing}, Direction::symmetric);
+    CHECK(found.regions[0].empty);
+    CHECK(!found.regions[1].empty);
+    CHECK(found.lower <= whole.upper);
+    CHECK(found.upper >= whole.lower);
+  }
+}
+
+TEST_CASE("regions: each has its limit, or that of the options") {
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.tolerance = {1e-9, std::nullopt, std::nullopt};
+  options.max_distance = 2;
+  options.regions = {box({0.25, -kAll, -kAll}, {0.5, kAll, kAll}, 0.4), box({-1, -1, -1}, {0.25, kAll, kAll}, 0.3)};
+  Control control;
+  const Outcome found = measure(ramp(), plane(), options, control);
+  CHECK(found.regions[0].lower > 0.4);
+  CHECK(found.regions[1].upper <= 0.3);
+  CHECK(found.regions[2].upper <= 2);
+}
+
+TEST_CASE("regions: what rounding moved is neither inside nor outside for sure") {
+  const double error = 1e-6;
+  const Mesh a = ramp();
+  const Prepared moved(a, Prepared::Use::once, nullptr, std::nullopt, error);
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.tolerance = {1e-4, std::nullopt, std::nullopt};
+  options.regions = {box({-kAll, -kAll, -kAll}, {0.5, kAll, kAll}), box({1, -kAll, -kAll}, {kAll, kAll, kAll})};
+  Control control;
+  const Outcome found = measure(moved, Prepared(plane()), options, control);
+  CHECK(found.regions[0].lower <= 0.5 - error);
+  CHECK(found.regions[0].upper >= 0.5 + error);
+  CHECK(found.regions[0].upper - found.regions[0].lower <= 1e-4);
+  CHECK(found.regions[1].lower == 0);  // the edge at x = 1 may lie before it
+  CHECK(found.regions[1].upper >= 1);
+}
+
+TEST_CASE("regions: an interruption at any moment leaves intervals that hold") {
+  const Mesh a = ramp();
+  const Mesh b = plane();
+  for (std::uint64_t n = 1; n < 60; ++n) {
+    Options options;
+    options.direction = Direction::a_to_b;
+    options.tolerance = {1e-5, std::nullopt, std::nullopt};
+    options.regions = {sphere({1, 0.5, 1}, 0.5), box({0.25, -kAll, -kAll}, {0.5, kAll, kAll})};
+    Control control;
+    control.cancel_at_check(n);
+    const Outcome found = measure(a, b, options, control);
+    REQUIRE(found.regions.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double exact[] = {1, 0.5, 1};
+      CHECK(found.regions[i].lower <= exact[i] + 1e-12);
+      CHECK(found.regions[i].upper >= exact[i] - 1e-12);
+    }
+  }
+}
+
+TEST_CASE("regions: progress is told of the whole") {
+  Options options;
+  options.direction = Direction::symmetric;
+  options.regions = {box({0.25, -kAll, -kAll}, {0.5, kAll, kAll})};
+  Control control;
+  double lower = 0, least_upper = std::numeric_limits<double>::infinity();
+  control.watch(
+      [&](const Progress& progress) {
+        lower = std::max(lower, progress.lower);
+        least_upper = std::min(least_upper, progress.upper);
+      },
+      std::chrono::milliseconds(0));
+  const Outcome found = measure(shapes::sphere(24, 1), shapes::sphere(7, 1.1), options, control);
+  CHECK(lower <= found.upper);
+  CHECK(least_upper >= found.lower);
+  CHECK(control.report_due());  // the callback is back
+}
