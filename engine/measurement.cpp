@@ -95,7 +95,7 @@ void Measurement::open(std::optional<Directed>& directed, MeasuredMesh& from, Me
 
 Outcome Measurement::run() {
   options_.regions.empty() ? search_whole() : measure_regions(pair_, options_, control_, outcome_);
-  if (options_.areas) bound_areas();
+  if (options_.areas || options_.sides) bound_areas();
   if (options_.statistics) sample();
   return std::move(outcome_);
 }
@@ -283,7 +283,8 @@ std::function<void()> Measurement::teller() {
 void Measurement::bound_areas() {
   const StageClock clock(outcome_.timings.areas);
   stage_ = "areas";
-  take_areas(pair_, options_, pool_, control_, teller(), outcome_.areas.emplace());
+  if (options_.areas) take_areas(pair_, options_, pool_, control_, teller(), outcome_.areas.emplace());
+  if (options_.sides) take_sides(pair_, options_, pool_, control_, teller(), outcome_.sides.emplace());
 }
 
 // The interval is final here: no failure of the statistics changes it.

@@ -12,6 +12,7 @@
 
 #include "engine/area.h"
 #include "engine/region.h"
+#include "engine/sides.h"
 #include "engine/statistics.h"
 #include "engine/thresholds.h"
 
@@ -51,10 +52,12 @@ struct Options {
   int points = 4;                                         // samples of n_point: 4, 10, 31, 109, 409 or 1585
   std::size_t max_memory_bytes = std::size_t{512} << 20;  // for waiting pieces; beyond it: Stop::budget
   std::uint64_t max_work_items = std::numeric_limits<std::uint64_t>::max();  // pieces split; then: Stop::budget
-  unsigned threads = 1;                // at least 1; only `automatic` uses more than one
-  std::string_view simd = "auto";      // instruction set: "auto" for the fastest, or one of supported_simd()
-  std::optional<AreaOptions> areas;    // nullopt: none; else bounded after the interval is final
-  std::optional<Sampling> statistics;  // nullopt: none; else sampled after the interval and the areas
+  unsigned threads = 1;              // at least 1; only `automatic` uses more than one
+  std::string_view simd = "auto";    // instruction set: "auto" for the fastest, or one of supported_simd()
+  std::optional<AreaOptions> areas;  // nullopt: none; else bounded after the interval is final
+  // nullopt: none; else bounded after the areas. Precondition: a direction that measures from mesh a.
+  std::optional<SideOptions> sides;
+  std::optional<Sampling> statistics;  // nullopt: none; else sampled after all that is certified
   // Not empty: each region is measured by itself, then what is in no region, the rest (engine/region_stage.h).
   std::vector<Region> regions;
   Thresholds thresholds;  // for tests

@@ -9,6 +9,7 @@
 
 #include "engine/area.h"
 #include "engine/mesh.h"
+#include "engine/sides.h"
 #include "engine/statistics.h"
 
 namespace meshgauge {
@@ -89,7 +90,7 @@ struct Timings {
   double traverse = 0;
   double reduce = 0;
   double certify = 0;
-  double areas = 0;
+  double areas = 0;  // and sides
   double statistics = 0;
 };
 
@@ -107,6 +108,7 @@ struct Outcome {
   Timings timings;
   std::vector<RegionOutcome> regions;    // of Options::regions, in their order, then of the rest; empty: not asked for
   std::optional<AreaOutcome> areas;      // nullopt: not asked for; no bound above depends on them
+  std::optional<SideOutcome> sides;      // nullopt: not asked for; the same
   std::optional<Statistics> statistics;  // nullopt: not asked for; nothing above depends on them
 };
 

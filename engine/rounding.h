@@ -136,6 +136,13 @@
 //      parameter of a crossing is a quotient of heights: 4u of their own, 2u of the operations, so it moves a
 //      coordinate by 6u |b - a|; the difference, the product and the sum by u |b - a|, u |b - a| and u max(|a|, |b|).
 //      crossing_error() has 16u and 2u, and 2^-1070 for underflow.
+//
+// (R16) Rays (engine/area/winding). For a corner v let q = v - p, N = |q_x| + |q_y| + |q_z|. A difference has a
+//      relative error of u; q_x - s q_z, |s| < 1/2, errs by at most u |q_x| + 2u |q_z| + u N < 3u N, and is below N in
+//      magnitude. An edge function x_a y_b - x_b y_a errs by 12u N_a N_b from its coordinates, 2u N_a N_b from its
+//      products and 2u N_a N_b from its sum: kRaySlack = 32u. The volume is the sum of three edge functions times
+//      heights; each product errs by 16u, u and 2u times N_a N_b N_c from its factors and itself, and both sums by 12u:
+//      less than 4 * kRaySlack. Underflow: kRayOffset = 2^-1000.
 #pragma once
 
 #include <algorithm>
@@ -177,6 +184,9 @@ inline constexpr double kVolumeSlack = 16 * kUnit;     // R14
 inline constexpr double kVolumeOffset = 0x1p-1000;     // R14
 inline constexpr std::size_t kVolumeBlock = 4096;      // R14, triangles
 inline constexpr int kSmallestVolumeExponent = -1000;  // R14
+
+inline constexpr double kRaySlack = 32 * kUnit;  // R16, times the sizes of the corners
+inline constexpr double kRayOffset = 0x1p-1000;  // R16
 
 // Pieces shorter than this are not split: rounding is larger than they are.
 inline constexpr double kSmallestPiece = 0x1p-50;

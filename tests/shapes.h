@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 #include "engine/mesh.h"
 
@@ -67,6 +68,27 @@ inline Mesh soup(std::uint32_t n, std::mt19937_64& random) {
     for (int k = 0; k < 3; ++k) mesh.positions.emplace_back(uniform(random), uniform(random), uniform(random));
     mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
   }
+  return mesh;
+}
+
+// A sphere of which each pole is one place: closed.
+inline Mesh closed_sphere(std::uint32_t rings, double radius = 1) {
+  Mesh mesh = sphere(rings, radius);
+  for (Vec3& p : mesh.positions) p = (p.array().abs() < 1e-12).select(0, p);
+  return mesh;
+}
+
+// Both meshes as one.
+inline Mesh joined(Mesh a, const Mesh& b) {
+  const auto offset = static_cast<std::uint32_t>(a.positions.size());
+  a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
+  for (const Triangle& t : b.triangles) a.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+  return a;
+}
+
+// The same triangles, facing the other way.
+inline Mesh turned(Mesh mesh) {
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   return mesh;
 }
 

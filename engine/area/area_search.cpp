@@ -9,6 +9,7 @@
 
 #include "engine/area/places.h"
 #include "engine/area/quantile.h"
+#include "engine/area/vertices.h"
 #include "engine/mesh_index.h"
 #include "engine/narrowing_time.h"
 #include "engine/rounding.h"
@@ -16,10 +17,8 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kVerticesATask = 256;
 constexpr std::size_t kTrianglesATask = 64;
-constexpr std::size_t kTasksABatch = 64;    // of triangles, between two steps that keep what was found
-constexpr std::size_t kTasksAGrowth = 256;  // of vertices, for which memory is touched at once
+constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
 constexpr std::size_t kPartsATask = 16;
 constexpr std::size_t kMostChosen = std::size_t{1} << 15;  // parts refined in one round
 constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
@@ -34,8 +33,6 @@ struct Refined {
   Part first, second;
   bool is_split = false;
 };
-
-std::size_t tasks_for(std::size_t count, std::size_t each) { return (count + each - 1) / each; }
 
 }  // namespace
 
@@ -69,7 +66,7 @@ AreaStop AreaSearch::narrow() {
   if (!weigh()) return interrupted();
   if (area_.none()) return AreaStop::no_area;
   if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
-  if (!leave_out_decided() || !measure_vertices()) return interrupted();
+  if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_)) return interrupted();
   const std::optional<AreaStop> ended = bound_triangles();
   if (ended && *ended != AreaStop::budget) return *ended;
   if (ended) return update() ? *ended : interrupted();
@@ -136,34 +133,6 @@ bool AreaSearch::leave_out_decided() {
   if (any_beyond) close(beyond);
   rest_ = std::move(rest);
   return is_whole;
-}
-
-// A chunk of vertices starts without a hint, so that the distances do not depend on the threads.
-bool AreaSearch::measure_vertices() {
-  const std::size_t count = in_.from.positions.size();
-  std::vector<bool> used(count, !rest_);
-  const bool is_whole = each_unless(stop_, rest_ ? rest_->size() : 0, [&](std::size_t i) {
-    for (const std::uint32_t v : in_.from.triangles[(*rest_)[i]]) used[v] = true;
-  });
-  if (!is_whole) return false;
-  corners_.reserve(count);
-  std::atomic<bool> stopped{false};
-  for (std::size_t begin = 0; begin < count && !stopped; begin = corners_.size()) {
-    corners_.resize(std::min(count, begin + kTasksAGrowth * kVerticesATask));
-    in_.pool.run(tasks_for(corners_.size() - begin, kVerticesATask), [&](std::size_t, std::size_t task) {
-      if (stopped || stop_()) stopped = true;
-      Work work;
-      std::uint32_t hint = Nearest::kNone;
-      const std::size_t first = begin + task * kVerticesATask;
-      for (std::size_t v = first; v < std::min(corners_.size(), first + kVerticesATask) && !stopped; ++v) {
-        if (!used[v]) continue;
-        corners_[v] = nearest_corner(in_.to, in_.from.positions[v], work, &stop_, hint);
-        hint = corners_[v].slot;
-        if (!corners_[v].complete) stopped = true;
-      }
-    });
-  }
-  return !stopped;
 }
 
 // nullopt: all triangles are bounded. After `budget`, those that are left have the distance [0, most].

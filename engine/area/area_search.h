@@ -62,7 +62,6 @@ class AreaSearch {
 
   bool weigh();
   bool leave_out_decided();
-  bool measure_vertices();
   std::optional<AreaStop> bound_triangles();
   void take_triangle(PartBounder& bounder, std::size_t triangle, Part& part);
   std::size_t to_visit() const { return rest_ ? rest_->size() : in_.from.triangles.size(); }

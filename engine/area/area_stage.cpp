@@ -4,8 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <optional>
 
 #include "engine/area/area_search.h"
+#include "engine/area/side_search.h"
+#include "engine/narrowing_time.h"
+#include "engine/topology.h"
 
 namespace meshgauge {
 namespace {
@@ -39,29 +43,61 @@ AreaBounds within(double upper, const AreaOptions& asked, AreaBounds bounds) {
   return bounds;
 }
 
-AreaBounds bounds_of(const MeasuredDirection& direction, const MeasuredPair& pair, const Options& options,
-                     ThreadPool& pool, Control& control, const std::function<void()>& tell) {
+AreaStop stop_of(Control& control) {
+  return control.check() == Interruption::timeout ? AreaStop::timeout : AreaStop::cancelled;
+}
+
+// Builds what a search needs. Returns search(AreaDirection), or nothing(reason) when it may not begin.
+template <class Search, class Nothing>
+auto searched(const MeasuredDirection& direction, const MeasuredPair& pair, const Options& options, ThreadPool& pool,
+              Control& control, const std::function<void()>& tell, const Search& search, const Nothing& nothing) {
   const double upper = direction.result.bounds.upper;
-  if (upper == 0) return nothing_known(*options.areas, 0, AreaStop::complete);
+  if (upper == 0) return nothing(AreaStop::complete);
   try {
     const OrderedMesh* from = direction.from.framed->order(control, pool);
     const OrderedMesh* to_mesh = from ? direction.to.framed->order(control, pool) : nullptr;
     const Bvh* to = to_mesh ? direction.to.framed->tree(control, pool) : nullptr;
     const Interrupted late = [&control] { return control.check() != Interruption::none; };
     const Adjacency* adjacency = to ? direction.to.framed->adjacency(pool, late) : nullptr;
-    if (!adjacency) {
-      const bool is_late = control.check() == Interruption::timeout;
-      return nothing_known(*options.areas, upper, is_late ? AreaStop::timeout : AreaStop::cancelled);
-    }
+    if (!adjacency) return nothing(stop_of(control));
     const double error = pair.error.value() > 0 ? length_to_frame_up(pair.frame, pair.error.value()) : 0;
     const double most = length_to_frame_up(pair.frame, upper);
-    if (!(most <= kLongest && error <= kLongest))
-      return nothing_known(*options.areas, upper, AreaStop::precision_floor);
-    return AreaSearch({*from, *to_mesh, *to, *adjacency, pair.frame, options, most, upper, error, pool, control, tell})
-        .run();
+    if (!(most <= kLongest && error <= kLongest)) return nothing(AreaStop::precision_floor);
+    return search(
+        AreaDirection{*from, *to_mesh, *to, *adjacency, pair.frame, options, most, upper, error, pool, control, tell});
   } catch (const std::bad_alloc&) {
-    return nothing_known(*options.areas, upper, AreaStop::budget);
+    return nothing(AreaStop::budget);
   }
+}
+
+// nullopt: it has sides.
+std::optional<NoSides> refusal_of(const Topology& topology) {
+  using Why = NoSides::Why;
+  const auto edge = [](Why why, const EdgeCount& count) { return NoSides{why, count.first}; };
+  if (topology.open.count > 0) return edge(Why::open, topology.open);
+  if (topology.non_manifold.count > 0) return edge(Why::non_manifold, topology.non_manifold);
+  if (topology.flipped.count > 0) return edge(Why::flipped, topology.flipped);
+  if (!topology.volume || (topology.volume->lower <= 0 && topology.volume->upper >= 0))
+    return NoSides{Why::no_volume, std::nullopt};
+  return topology.volume->upper < 0 ? std::optional(NoSides{Why::inside_out, std::nullopt}) : std::nullopt;
+}
+
+// A gate is decided first, and narrowed without its limits.
+SideOutcome search_sides(const AreaDirection& direction, const SideOptions& asked) {
+  const auto begun = Control::Clock::now();
+  SideOutcome found = SideSearch(direction, asked, direction.options.uncertainty).run();
+  if (!asked.zone || !direction.options.narrow || found.stop != AreaStop::complete || found.refused) return found;
+  const NarrowingTime time(direction.control, begun);
+  SideOptions plain = asked;
+  plain.zone.reset();
+  plain.length_tolerance = std::max(plain.length_tolerance, kNarrowRelative);
+  const SideOutcome narrow = SideSearch(direction, plain, 0).run();
+  for (const auto side : {&SideOutcome::outside, &SideOutcome::inside}) {
+    const double upper = std::min((found.*side).upper, (narrow.*side).upper);
+    if (!narrow.refused && (narrow.*side).lower > (found.*side).lower) found.*side = narrow.*side;
+    if (!narrow.refused) (found.*side).upper = upper;
+  }
+  return found;
 }
 
 }  // namespace
@@ -71,8 +107,42 @@ void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& po
   found.options = *options.areas;
   for (const MeasuredDirection& direction : pair.directions) {
     auto& bounds = &direction.from == &pair.a ? found.a_to_b : found.b_to_a;
-    bounds =
-        within(direction.result.bounds.upper, *options.areas, bounds_of(direction, pair, options, pool, control, tell));
+    const double upper = direction.result.bounds.upper;
+    bounds = within(upper, *options.areas,
+                    searched(
+                        direction, pair, options, pool, control, tell,
+                        [](const AreaDirection& ready) { return AreaSearch(ready).run(); },
+                        [&](AreaStop stop) { return nothing_known(*options.areas, upper, stop); }));
+  }
+}
+
+void take_sides(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
+                const std::function<void()>& tell, SideOutcome& found) {
+  const auto direction = std::find_if(pair.directions.begin(), pair.directions.end(),
+                                      [&](const MeasuredDirection& d) { return &d.from == &pair.a; });
+  const double upper = direction->result.bounds.upper;
+  const auto nothing = [&](AreaStop stop) {
+    SideOutcome none;
+    none.options = *options.sides;
+    none.outside.upper = none.inside.upper = upper;
+    none.stop = stop;
+    return none;
+  };
+  found = nothing(AreaStop::budget);
+  try {
+    const auto known =
+        topology(pair.b.given(), pair.b.prepared.box(), [&control] { return control.check() != Interruption::none; });
+    if (!known) {
+      found = nothing(stop_of(control));
+    } else if (const auto refused = refusal_of(*known)) {
+      found.refused = refused;
+      found.stop = AreaStop::complete;
+    } else {
+      found = searched(
+          *direction, pair, options, pool, control, tell,
+          [&](const AreaDirection& ready) { return search_sides(ready, *options.sides); }, nothing);
+    }
+  } catch (const std::bad_alloc&) {  // topology
   }
 }
 

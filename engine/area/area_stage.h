@@ -1,4 +1,5 @@
-// The stage of a measurement after its interval: the certified distribution over the area of each direction.
+// The stages of a measurement after its interval: the certified distribution over the area of each direction, and the
+// extent on each side.
 #pragma once
 
 #include <functional>
@@ -16,5 +17,10 @@ namespace meshgauge {
 // repeatedly, on this thread, to report progress.
 void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
                 const std::function<void()>& tell, AreaOutcome& found);
+
+// Answers `options.sides` for the direction from mesh a to mesh b and fills `found`, likewise. Precondition: the pair
+// has that direction.
+void take_sides(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
+                const std::function<void()>& tell, SideOutcome& found);
 
 }  // namespace meshgauge

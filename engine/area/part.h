@@ -49,10 +49,11 @@ class PartBounder {
   double floor_of(const Part& part) const { return 4 * (slack_high(part.depth) + slack_low(part.depth)); }
   // Whether rounding allows another cut.
   bool can_split(const Part& part) const;
+  // How far a corner of a part may be from the exact point, with kMinorantSlack.
+  double slack_low(std::uint32_t depth) const;
 
  private:
   double slack_high(std::uint32_t depth) const;
-  double slack_low(std::uint32_t depth) const;
   Linear high_of(const Part& part, Work& work);
   void tighten_by_overlay(const Part& part, Linear& high, Work& work);
   PartCut cut_of(const Part& part) const;

@@ -101,25 +101,6 @@ bool holds(const std::optional<Volume>& volume, double value, double width) {
   return volume && volume->lower <= value && value <= volume->upper && volume->upper - volume->lower <= width;
 }
 
-// Each pole is one place.
-Mesh sphere(std::uint32_t rings) {
-  Mesh mesh = shapes::sphere(rings);
-  for (Vec3& p : mesh.positions) p = (p.array().abs() < 1e-12).select(0, p);
-  return mesh;
-}
-
-Mesh joined(Mesh a, const Mesh& b) {
-  const auto offset = static_cast<std::uint32_t>(a.positions.size());
-  a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
-  for (const Triangle& t : b.triangles) a.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
-  return a;
-}
-
-Mesh turned(Mesh mesh) {
-  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-  return mesh;
-}
-
 Mesh random_of(std::mt19937_64& random, const Mesh& shape) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const double size = std::ldexp(1.0, static_cast<int>(random() % 60) - 30), far = random() % 2 ? 0 : 1000 * size;
@@ -143,11 +124,11 @@ TEST_CASE("topology: cubes, tetrahedra and spheres have their closed forms") {
   CHECK(cube.components == 1);
   CHECK(cube.euler_characteristic == 2);
   CHECK(holds(cube.volume, 8, 1e-10));
-  CHECK(holds(topology_of(turned(shapes::cube(2))).volume, -8, 1e-10));
+  CHECK(holds(topology_of(shapes::turned(shapes::cube(2))).volume, -8, 1e-10));
   CHECK(holds(topology_of(shapes::unwelded(shapes::cube(3))).volume, 27, 1e-9));
   const Mesh tetrahedron{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   CHECK(holds(topology_of(tetrahedron).volume, 1.0 / 6, 1e-10));
-  const Topology ball = topology_of(sphere(40));  // with collapsed triangles at the poles
+  const Topology ball = topology_of(shapes::closed_sphere(40));  // with collapsed triangles at the poles
   CHECK(ball.watertight());
   CHECK(ball.euler_characteristic == 2);
   CHECK(ball.volume->upper < 4.0 / 3 * std::acos(-1.0));
@@ -197,14 +178,14 @@ TEST_CASE("topology: a Moebius strip is not oriented, and a turned triangle is s
 }
 
 TEST_CASE("topology: two shells, a touching vertex, a cavity, duplicated and collapsed triangles") {
-  const Topology two = topology_of(joined(shapes::cube(), shapes::cube(1, {3, 0, 0})));
+  const Topology two = topology_of(shapes::joined(shapes::cube(), shapes::cube(1, {3, 0, 0})));
   CHECK(two.components == 2);
   CHECK(holds(two.volume, 2, 1e-11));
-  CHECK(topology_of(joined(shapes::cube(), shapes::cube(1, {1, 1, 1}))).components == 1);  // share a corner
-  const Topology hollow = topology_of(joined(shapes::cube(4), turned(shapes::cube(1, {1, 1, 1}))));
+  CHECK(topology_of(shapes::joined(shapes::cube(), shapes::cube(1, {1, 1, 1}))).components == 1);  // share a corner
+  const Topology hollow = topology_of(shapes::joined(shapes::cube(4), shapes::turned(shapes::cube(1, {1, 1, 1}))));
   CHECK(hollow.watertight());
   CHECK(holds(hollow.volume, 63, 1e-9));
-  const Topology beside = topology_of(joined(shapes::cube(), shapes::cube(1, {1, 1, 0})));  // share an edge
+  const Topology beside = topology_of(shapes::joined(shapes::cube(), shapes::cube(1, {1, 1, 0})));  // share an edge
   CHECK(beside.non_manifold.count == 1);
   CHECK(!beside.watertight());
   Mesh doubled = shapes::cube();
@@ -229,8 +210,8 @@ TEST_CASE("topology: counts and volumes of random meshes hold the exact ones") {
   std::mt19937_64 random(17);
   for (int i = 0; i < 300; ++i) {
     CAPTURE(i);
-    const Mesh cubes = joined(shapes::cube(), shapes::cube(1, {i % 2 + 1.0, 0, 3}));
-    Mesh mesh = random_of(random, i % 3 == 0 ? sphere(4) : cubes);
+    const Mesh cubes = shapes::joined(shapes::cube(), shapes::cube(1, {i % 2 + 1.0, 0, 3}));
+    Mesh mesh = random_of(random, i % 3 == 0 ? shapes::closed_sphere(4) : cubes);
     std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);
     check_against_exact(mesh);
     if (random() % 2) std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);

@@ -1,0 +1,344 @@
+#include "engine/area/side_search.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <new>
+#include <utility>
+
+#include "engine/area/places.h"
+#include "engine/area/vertices.h"
+#include "engine/area/winding.h"
+#include "engine/mesh_index.h"
+#include "engine/nearest.h"
+#include "engine/options.h"
+#include "engine/rounding.h"
+
+namespace meshgauge {
+namespace {
+
+constexpr std::size_t kTrianglesATask = 64;
+constexpr std::size_t kTasksABatch = 64;  // between two steps that keep what was found
+constexpr std::size_t kPartsATask = 16;
+constexpr std::size_t kFewChosen = 512;  // parts refined in one round
+constexpr std::size_t kMostChosen = std::size_t{1} << 15;
+constexpr std::size_t kVerticesASeed = 64;  // consecutive ones, of which the farthest is a seed
+constexpr std::size_t kMostSeeds = 512;
+
+}  // namespace
+
+SideSearch::SideSearch(const AreaDirection& direction, const SideOptions& asked, double uncertainty)
+    : in_(direction), asked_(asked), stop_([this] { return in_.control.check() != Interruption::none; }) {
+  for (std::size_t i = 0; i < in_.pool.size(); ++i) bounders_.emplace_back(in_.to, in_.adjacency, in_.error);
+  if (!asked.zone) return;
+  const int exponent = in_.frame.exponent();
+  const auto limits = [&](double limit) {
+    const double pass = std::max(less_uncertainty(limit, uncertainty), 0.0);
+    return Limits{rounding::scale_down(pass, -exponent),
+                  rounding::scale_up(plus_uncertainty(limit, uncertainty), -exponent)};
+  };
+  limits_ = {limits(asked.zone->outside), limits(asked.zone->inside)};
+}
+
+SideOutcome SideSearch::run() {
+  try {
+    return result(search());
+  } catch (const std::bad_alloc&) {
+    is_covered_ = false;
+    return result(AreaStop::budget);
+  }
+}
+
+AreaStop SideSearch::search() {
+  if (in_.most <= goal(kOutside) && in_.most <= goal(kInside)) return AreaStop::complete;
+  if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
+  if (!leave_out_within() || !measure_vertices(in_, rest_, corners_)) return interrupted();
+  seed();
+  if (const std::optional<AreaStop> ended = bound_triangles()) return *ended;
+  return refine_all();
+}
+
+// False: interrupted.
+bool SideSearch::leave_out_within() {
+  if (!limits_) return true;
+  const double low = std::min((*limits_)[kOutside].pass, (*limits_)[kInside].pass);
+  const auto places = places_of(in_, low, 2 * in_.most);
+  if (!places) return false;
+  std::vector<std::uint32_t> rest;
+  const bool is_whole = each_unless(stop_, places->size(), [&](std::uint32_t t) {
+    if ((*places)[t] != Place::within) rest.push_back(t);
+  });
+  if (rest.size() < places->size()) close(low, SidePart::kBoth);
+  pieces_ += places->size() - rest.size();
+  rest_ = std::move(rest);
+  return is_whole;
+}
+
+// The farthest vertices, spread over A, whether they are on one side or on both. An interruption leaves out the rest.
+void SideSearch::seed() {
+  std::vector<std::uint32_t> seeds;
+  for (std::size_t begin = 0; begin < corners_.size(); begin += kVerticesASeed) {
+    const std::size_t end = std::min(corners_.size(), begin + kVerticesASeed);
+    std::size_t farthest = begin;
+    for (std::size_t v = begin; v < end; ++v) {
+      if (corners_[v].distance > corners_[farthest].distance) farthest = v;
+    }
+    seeds.push_back(static_cast<std::uint32_t>(farthest));
+  }
+  const auto count = std::min(seeds.size(), kMostSeeds);
+  std::partial_sort(seeds.begin(), seeds.begin() + static_cast<std::ptrdiff_t>(count), seeds.end(),
+                    [&](std::uint32_t v, std::uint32_t w) {
+                      return std::pair(-corners_[v].distance, v) < std::pair(-corners_[w].distance, w);
+                    });
+  seeds.resize(count);
+  for (const std::uint32_t v : seeds) {
+    if (corners_[v].slot == Nearest::kNone || stop_()) break;
+    Learnt learnt;
+    SidePart any;
+    any.triangle = v;  // the vertex, until below
+    reach(corners_[v], bounders_[0].slack_low(0), any, learnt, work_);
+    take(learnt);
+  }
+  for (Reached& reached : reached_) {
+    if (reached.lower == 0) continue;
+    const auto holds = [v = reached.triangle](const Triangle& t) {
+      return std::find(t.begin(), t.end(), v) != t.end();
+    };
+    reached.triangle = static_cast<std::uint32_t>(
+        std::find_if(in_.from.triangles.begin(), in_.from.triangles.end(), holds) - in_.from.triangles.begin());
+  }
+}
+
+// nullopt: all triangles are bounded.
+std::optional<AreaStop> SideSearch::bound_triangles() {
+  const std::size_t count = rest_ ? rest_->size() : in_.from.triangles.size();
+  std::vector<SidePart> parts;
+  for (std::size_t begin = 0; begin < count; begin += kTasksABatch * kTrianglesATask) {
+    if (stop_()) return interrupted();
+    if (over_budget()) return AreaStop::budget;
+    const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
+    parts.assign(end - begin, {});
+    in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t worker, std::size_t task) {
+      Work work;
+      const std::size_t last = std::min(end, begin + (task + 1) * kTrianglesATask);
+      for (std::size_t i = begin + task * kTrianglesATask; i < last; ++i) {
+        SidePart& part = parts[i - begin];
+        part.triangle = rest_ ? (*rest_)[i] : static_cast<std::uint32_t>(i);
+        const Triangle& t = in_.from.triangles[part.triangle];
+        part.part = bounders_[worker].whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, 0, work);
+      }
+    });
+    pieces_ += parts.size();
+    for (SidePart& part : parts) keep(std::move(part));
+  }
+  corners_ = {};
+  is_covered_ = true;
+  return std::nullopt;
+}
+
+AreaStop SideSearch::refine_all() {
+  for (;;) {
+    in_.tell();
+    if (turned_ || is_decided()) return AreaStop::complete;
+    const std::vector<std::size_t> chosen = choose();
+    if (chosen.empty()) return at_floor_ ? AreaStop::precision_floor : AreaStop::complete;
+    if (over_budget()) return AreaStop::budget;
+    if (stop_() || !refine(chosen)) return interrupted();
+  }
+}
+
+// Closes the parts that need no more work and returns those with the largest excess, ascending.
+std::vector<std::size_t> SideSearch::choose() {
+  std::erase_if(open_, [&](const SidePart& part) {
+    const bool needs_more = excess(part) > 0;
+    if (needs_more && !part.is_at_floor) return false;
+    at_floor_ = at_floor_ || needs_more;
+    close(most(part.part.enclosure.high), part.sides);
+    return true;
+  });
+  std::vector<std::pair<double, std::size_t>> by_excess;
+  for (std::size_t i = 0; i < open_.size(); ++i) by_excess.emplace_back(-excess(open_[i]), i);
+  const auto left =
+      static_cast<std::size_t>(std::min<std::uint64_t>(kMostChosen, in_.options.max_work_items - work_.subdivisions));
+  const std::size_t count = std::min({by_excess.size(), std::max(kFewChosen, open_.size() / 4), left});
+  std::nth_element(by_excess.begin(), by_excess.begin() + static_cast<std::ptrdiff_t>(count), by_excess.end());
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < count; ++i) chosen.push_back(by_excess[i].second);
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+// False: interrupted, and nothing has changed.
+bool SideSearch::refine(const std::vector<std::size_t>& chosen) {
+  std::vector<Refined> found(chosen.size());
+  std::vector<Work> works(in_.pool.size());
+  std::atomic<bool> stopped{false};
+  in_.pool.run(tasks_for(chosen.size(), kPartsATask), [&](std::size_t worker, std::size_t task) {
+    if (stop_()) stopped = true;
+    const std::size_t end = std::min(chosen.size(), (task + 1) * kPartsATask);
+    for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
+      found[i].first = open_[chosen[i]];
+      refine_one(bounders_[worker], found[i], works[worker]);
+      if (found[i].learnt.stopped) stopped = true;
+    }
+  });
+  for (const Work& work : works) work_ += work;
+  if (stopped) return false;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    open_[chosen[i]] = found[i].first;
+    if (found[i].is_split) open_.push_back(found[i].second), ++pieces_;
+    take(found[i].learnt);
+  }
+  return true;
+}
+
+void SideSearch::refine_one(PartBounder& bounder, Refined& refined, Work& work) const {
+  SidePart& part = refined.first;
+  if (!part.part.has_low) {
+    const double slack = bounder.slack_low(part.part.depth);
+    const auto by_distance = [](const Corner& a, const Corner& b) { return a.distance < b.distance; };
+    const auto [nearest, farthest] =
+        std::minmax_element(part.part.corners.begin(), part.part.corners.end(), by_distance);
+    // A lower function is at most the distances of the corners.
+    if (part.sides == SidePart::kBoth && nearest->distance > slack) {
+      if (!bounder.bound_below(part.part, work, &stop_)) refined.learnt.stopped = true;
+      if (least(part.part.enclosure.low) > 0) {
+        if (const auto side = side_of(farthest->point, refined.learnt, work))
+          part.sides = static_cast<std::uint8_t>(1U << *side);
+      }
+    }
+    reach(*farthest, slack, part, refined.learnt, work);
+    part.part.has_low = true;
+    if (part.sides != SidePart::kBoth || refined.learnt.stopped) return;
+  }
+  if (!bounder.can_narrow(part.part)) {
+    part.is_at_floor = true;
+    return;
+  }
+  auto halves = bounder.split(part.part, work, &stop_);
+  if (!halves) {
+    refined.learnt.stopped = true;
+    return;
+  }
+  refined.second = part;
+  refined.is_split = true;
+  part.part = (*halves)[0];
+  refined.second.part = (*halves)[1];
+}
+
+// The side of a point whose exact image is not on B, nor anything between both. nullopt: unknown.
+std::optional<std::size_t> SideSearch::side_of(const Vec3& point, Learnt& learnt, Work& work) const {
+  const auto winding = winding_number(in_.to, point, work, &stop_);
+  if (!winding) return std::nullopt;
+  if (*winding < 0) learnt.turned = point;
+  return *winding < 0 ? std::nullopt : std::optional(*winding > 0 ? kInside : kOutside);
+}
+
+// Where the corner is farther than any point known on its side, learns that. `slack`: how far the exact point may be
+// from it. A certified distance above that shows that the exact point is on the side of the corner.
+void SideSearch::reach(const Corner& corner, double slack, const SidePart& of, Learnt& learnt, Work& work) const {
+  const auto is_farther = [&](std::size_t side) {
+    return of.may_be(side) && corner.distance - slack > reached_[side].lower;
+  };
+  if (!is_farther(kOutside) && !is_farther(kInside)) return;
+  const auto below = certified_distance_below(in_.to, corner.point, &stop_);
+  if (!below) {
+    learnt.stopped = true;
+    return;
+  }
+  const double lower = rounding::subtract_down(*below, slack);
+  if (!(lower > 0)) return;
+  std::optional<std::size_t> side;
+  if (of.sides == SidePart::kBoth) {
+    side = side_of(corner.point, learnt, work);
+  } else {
+    side = of.may_be(kOutside) ? kOutside : kInside;
+  }
+  if (side && lower > reached_[*side].lower) learnt.reached[*side] = Reached{lower, corner.point, of.triangle};
+}
+
+void SideSearch::take(const Learnt& learnt) {
+  if (!turned_) turned_ = learnt.turned;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const auto& found = learnt.reached[side];
+    if (found && found->lower > reached_[side].lower) reached_[side] = *found;
+  }
+}
+
+// Whether one limit is surely exceeded.
+bool SideSearch::is_decided() const {
+  return limits_ &&
+         (reached_[kOutside].lower > (*limits_)[kOutside].fail || reached_[kInside].lower > (*limits_)[kInside].fail);
+}
+
+// What a part on this side may reach without more work.
+double SideSearch::goal(std::size_t side) const {
+  const double lower = reached_[side].lower;
+  if (!limits_) return lower + asked_.length_tolerance * std::max(lower, SideOptions::kLeastLength * in_.most);
+  const bool may_pass =
+      reached_[kOutside].lower <= (*limits_)[kOutside].pass && reached_[kInside].lower <= (*limits_)[kInside].pass;
+  const Limits& limits = (*limits_)[side];
+  return std::max(may_pass ? limits.pass : limits.fail, lower + SideOptions::kGateTolerance * in_.most);
+}
+
+// By how much it may exceed what is asked; <= 0: it needs no more work.
+double SideSearch::excess(const SidePart& part) const {
+  const double upper = most(part.part.enclosure.high);
+  double excess = -std::numeric_limits<double>::infinity();
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (part.may_be(side)) excess = std::max(excess, upper - goal(side));
+  }
+  return excess;
+}
+
+void SideSearch::close(double upper, std::uint8_t sides) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    if ((sides >> side & 1) != 0) closed_[side] = std::max(closed_[side], upper);
+  }
+}
+
+void SideSearch::keep(SidePart&& part) {
+  if (excess(part) > 0) {
+    open_.push_back(std::move(part));
+  } else {
+    close(most(part.part.enclosure.high), part.sides);
+  }
+}
+
+bool SideSearch::over_budget() const {
+  constexpr std::size_t kNotes = 40;  // those of choose(), and for the blocks of a deque
+  const std::size_t refined = std::min(open_.size(), kMostChosen) * sizeof(Refined);
+  return bytes_of(corners_) + open_.size() * (sizeof(SidePart) + kNotes) + refined > in_.options.max_memory_bytes ||
+         work_.subdivisions >= in_.options.max_work_items;
+}
+
+AreaStop SideSearch::interrupted() const {
+  return in_.control.check() == Interruption::timeout ? AreaStop::timeout : AreaStop::cancelled;
+}
+
+SideOutcome SideSearch::result(AreaStop stop) const {
+  SideOutcome found;
+  found.options = asked_;
+  found.stop = stop;
+  found.pieces = pieces_;
+  if (turned_) found.refused = NoSides{NoSides::Why::part_inside_out, in_.frame.from_frame(*turned_)};
+  std::array<double, 2> upper = is_covered_ ? closed_ : std::array{in_.most, in_.most};
+  for (const SidePart& part : open_) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (part.may_be(side)) upper[side] = std::max(upper[side], most(part.part.enclosure.high));
+    }
+  }
+  const int exponent = in_.frame.exponent();
+  for (const std::size_t side : {kOutside, kInside}) {
+    const Reached& reached = reached_[side];
+    SideBounds& bounds = side == kOutside ? found.outside : found.inside;
+    bounds.lower = rounding::scale_down(reached.lower, exponent);
+    bounds.upper = std::min(rounding::scale_up(std::min(upper[side], in_.most), exponent), in_.upper);
+    if (reached.lower == 0) continue;
+    bounds.at = in_.frame.from_frame(reached.at);
+    bounds.triangle = in_.from.original[reached.triangle];
+  }
+  return found;
+}
+
+}  // namespace meshgauge

@@ -1,0 +1,197 @@
+// fuzz_sides: the extent on each side (engine/sides.h) of random and adversarial pairs against exact signs and an
+// independent subdivision.
+//
+//   fuzz_sides [--pairs N] [--seed S]
+//
+// Each interval must meet the bracket of tests/oracle/sides.h, whenever and for whatever reason the search ends; its
+// point must lie on its side by exact arithmetic; a refusal must be true; and two threads must give the bits of one
+// if they start from the same bound, without a gate. Exits with 1 at the first violation, whose pair it prints.
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "engine/hausdorff.h"
+#include "engine/prepared.h"
+#include "fuzz/attack.h"
+#include "fuzz/closed.h"
+#include "fuzz/dice.h"
+#include "oracle/sides.h"
+
+namespace {
+
+using namespace meshgauge;
+
+struct Asked {
+  Options options;
+  std::uint64_t cancel_at = 0;  // 0: never
+  // The meshes that are measured stand for those of the pair, with these errors.
+  Mesh a, b;
+  double error_a = 0, error_b = 0;
+};
+
+// Moves each vertex by up to `most` on each axis, equal ones alike. Returns an upper bound of the largest movement.
+double shake(fuzz::Dice& dice, double most, Mesh& mesh) {
+  double moved = 0;
+  const std::vector<Vec3> given = mesh.positions;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const auto first = static_cast<std::size_t>(std::find(given.begin(), given.end(), given[i]) - given.begin());
+    const Vec3 by = most * dice.point();
+    mesh.positions[i] = first < i ? mesh.positions[first] : Vec3(given[i] + by);
+    moved = std::max(moved, (mesh.positions[i] - given[i]).norm());
+  }
+  return moved * (1 + 1e-12);
+}
+
+Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
+  Asked asked;
+  asked.a = pair.a;
+  asked.b = pair.b;
+  if (upper > 1e-20 && dice.chance(0.15)) {
+    const double most = upper * dice.power(-6, -1);
+    asked.error_a = shake(dice, most, asked.a);
+    asked.error_b = shake(dice, most, asked.b);
+  }
+  Options& options = asked.options;
+  options.direction = dice.chance(0.8) ? Direction::a_to_b : Direction::symmetric;
+  options.max_work_items = dice.chance(0.1) ? dice.below(4) : 3000;
+  if (dice.chance(0.03)) options.max_memory_bytes = 1000 * (1 + dice.below(40));
+  if (dice.chance(0.1)) options.thresholds = fuzz::lowered_thresholds(dice);
+  const auto simd = supported_simd();
+  options.simd = simd[dice.below(static_cast<std::uint32_t>(simd.size()))];
+  options.sides.emplace().length_tolerance = dice.power(-3, -1);
+  if (dice.chance(0.5)) {
+    const auto limit = [&] { return dice.chance(0.1) ? 0 : upper * dice.uniform(0, 1.1); };
+    options.sides->zone = {limit(), limit()};
+    if (dice.chance(0.3)) options.uncertainty = upper * dice.uniform(0, 0.1);
+    options.narrow = dice.chance(0.1);
+  }
+  if (dice.chance(0.1)) asked.cancel_at = 1 + dice.below(400);
+  return asked;
+}
+
+Outcome run(const Asked& asked, unsigned threads) {
+  Control control;
+  if (asked.cancel_at) control.cancel_at_check(asked.cancel_at);
+  Options options = asked.options;
+  options.threads = threads;
+  const auto prepared = [](const Mesh& mesh, double error) {
+    return Prepared(mesh, Prepared::Use::once, nullptr, std::nullopt, error);
+  };
+  return measure(prepared(asked.a, asked.error_a), prepared(asked.b, asked.error_b), options, control);
+}
+
+bool same(const SideOutcome& x, const SideOutcome& y) {
+  const auto equal = [](const SideBounds& a, const SideBounds& b) {
+    return a.lower == b.lower && a.upper == b.upper && a.at == b.at && a.triangle == b.triangle;
+  };
+  return equal(x.outside, y.outside) && equal(x.inside, y.inside) && x.stop == y.stop;
+}
+
+// The name of what is violated; empty: nothing.
+std::string judge_refusal(const Asked& asked, const NoSides& refused, double size) {
+  const oracle::Surface surface = oracle::surface_of(asked.b);
+  const oracle::Dyadic volume = oracle::volume6(surface);
+  switch (refused.why) {
+    case NoSides::Why::inside_out:
+      return volume.sign() < 0 ? "" : "refused as inside out";
+    case NoSides::Why::no_volume:
+      return std::abs(volume.approximate()) <= 1e-12 * size * size * size ? "" : "refused as without volume";
+    case NoSides::Why::part_inside_out: {
+      const auto winding = oracle::winding_number(oracle::exact(*refused.at), surface);
+      return winding && *winding < 0 ? "" : "refused for a part that is inside out";
+    }
+    default:
+      return "";  // judged by tests of the topology
+  }
+}
+
+std::string judge_side(const Asked& asked, const SideBounds& found, const oracle::SideBracket& bracket, bool inside,
+                       double size) {
+  const std::string name = inside ? "inside" : "outside";
+  const long double slack = 1e-9L * static_cast<long double>(size);
+  if (!(0 <= found.lower && found.lower <= found.upper)) return name + ", order";
+  if (found.lower > bracket.high + slack || found.upper + slack < bracket.low) return name;
+  if ((found.lower > 0) != found.at.has_value()) return name + ", point";
+  const double off = 1e-12 * size;
+  if (!found.at || found.lower <= off) return "";
+  const oracle::Point p = oracle::exact(*found.at);
+  const oracle::Surface surface = oracle::surface_of(asked.b);
+  if (!oracle::root_at_least(oracle::distance_sq(p, surface), found.lower - off))
+    return name + ", distance of its point";
+  const oracle::Surface a{oracle::surface_of(asked.a)[found.triangle]};
+  if (!oracle::root_at_most(oracle::distance_sq(p, a), off)) return name + ", triangle of its point";
+  const auto winding = oracle::winding_number(p, surface);
+  return winding && (*winding > 0) == inside && *winding >= 0 ? "" : name + ", side of its point";
+}
+
+std::string judge(const fuzz::Pair& pair, const Asked& asked, const SideOutcome& found, double size) {
+  if (found.refused) return judge_refusal(asked, *found.refused, size);
+  const oracle::SidesBracket bracket =
+      oracle::bracket_sides(pair.a, pair.b, 150, 1e-12L * static_cast<long double>(size));
+  if (bracket.turned) return "";
+  std::string violated = judge_side(asked, found.outside, bracket.outside, false, size);
+  if (violated.empty()) violated = judge_side(asked, found.inside, bracket.inside, true, size);
+  return violated;
+}
+
+void print(const Mesh& mesh, const char* name) {
+  std::printf("--- %s\n", name);
+  for (const Vec3& p : mesh.positions) std::printf("v %.17g %.17g %.17g\n", p.x(), p.y(), p.z());
+  for (const Triangle& t : mesh.triangles) std::printf("f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
+}
+
+struct Counts {
+  std::uint64_t narrow = 0, refused = 0, both = 0;
+};
+
+bool attack(std::uint64_t seed, Counts& counts) {
+  const fuzz::Pair pair = fuzz::generate_closed(seed);
+  fuzz::Dice dice(seed ^ 0x5a5a5a5aU);
+  Options plain;
+  plain.direction = Direction::a_to_b;
+  Control control;
+  const Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
+  Box box = bounding_box(pair.a);
+  box.extend(bounding_box(pair.b));
+  const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
+  const Outcome outcome = run(asked, 1);
+  const SideOutcome& found = *outcome.sides;
+  if (found.stop == AreaStop::complete && !found.refused) ++counts.narrow;
+  if (found.refused) ++counts.refused;
+  if (found.inside.lower > 0 && found.outside.lower > 0) ++counts.both;
+  std::string violated = judge(pair, asked, found, size);
+  if (violated.empty() && !asked.cancel_at && !asked.options.sides->zone && dice.chance(0.1)) {
+    const Outcome again = run(asked, 2);
+    const bool is_same_start = outcome.a_to_b->bounds.upper == again.a_to_b->bounds.upper;
+    if (is_same_start && !same(found, *again.sides)) violated = "threads";
+  }
+  if (violated.empty()) return true;
+  std::printf("VIOLATION of '%s', seed %llu: %s\n", violated.c_str(), static_cast<unsigned long long>(seed),
+              pair.what.c_str());
+  std::printf("outside [%.17g, %.17g], inside [%.17g, %.17g], refused %d, stop %d\n", found.outside.lower,
+              found.outside.upper, found.inside.lower, found.inside.upper,
+              found.refused ? static_cast<int>(found.refused->why) : -1, static_cast<int>(found.stop));
+  std::printf("the measured meshes err by %.17g and %.17g\n", asked.error_a, asked.error_b);
+  print(pair.a, "a.obj");
+  print(pair.b, "b.obj");
+  return false;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::uint64_t pairs = 1000, seed = 1;
+  CLI::App app("Attacks the certified extent on each side with random and adversarial pairs.");
+  app.add_option("--pairs", pairs)->capture_default_str();
+  app.add_option("--seed", seed, "pair i is made from seed + i")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  Counts counts;
+  for (std::uint64_t i = 0; i < pairs; ++i) {
+    if (!attack(seed + i, counts)) return 1;
+  }
+  const auto text = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
+  std::printf("%llu pairs: %llu as narrow as asked, %llu with points on both sides, %llu refused: no violation\n",
+              text(pairs), text(counts.narrow), text(counts.both), text(counts.refused));
+}
