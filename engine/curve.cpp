@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace meshgauge {
@@ -65,6 +67,30 @@ Vec3 centre(MeshView mesh, std::uint32_t triangle) {
   return mesh.corner(triangle, 0) + mesh.corner(triangle, 1) + mesh.corner(triangle, 2);
 }
 
+// Calls visit(begin, end) for consecutive parts of [0, count), and looks at the clock between them. False: interrupted.
+template <class Visit>
+bool in_parts(std::size_t count, Control& control, const Visit& visit) {
+  for (std::size_t begin = 0; begin < count; begin += kCheckEvery) {
+    if (begin > 0 && control.check() != Interruption::none) return false;
+    visit(begin, std::min(begin + kCheckEvery, count));
+  }
+  return true;
+}
+
+// The same with parts on all threads.
+template <class Visit>
+bool in_parts(std::size_t count, Control& control, ThreadPool& pool, const Visit& visit) {
+  const std::size_t tasks = (count + kCheckEvery - 1) / kCheckEvery;
+  for (std::size_t done = 0; done < tasks; done += pool.size()) {
+    if (done > 0 && control.check() != Interruption::none) return false;
+    pool.run(std::min(pool.size(), tasks - done), [&](std::size_t, std::size_t task) {
+      const std::size_t begin = (done + task) * kCheckEvery;
+      visit(begin, std::min(begin + kCheckEvery, count));
+    });
+  }
+  return true;
+}
+
 // Sets the items' codes: the numbers, along the curve, of the cells of `box` that hold their centres.
 void encode(MeshView mesh, const Box& box, std::span<Item> items) {
   const double size = std::max((box.high - box.low).maxCoeff(), kSmallestBox);
@@ -91,22 +117,26 @@ bool radix_sort(LargeArray<Item>& items, Control& control) {
   for (unsigned shift = 0; shift < 3 * kBits; shift += kBits) {
     const auto bucket = [&](const Item& item) { return (item.code >> shift) & (kBuckets - 1); };
     std::array<std::uint32_t, kBuckets + 1> start{};
-    for (const Item& item : items) ++start[bucket(item) + 1];
+    const bool counted = in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++start[bucket(items[i]) + 1];
+    });
     for (std::size_t b = 0; b < kBuckets; ++b) start[b + 1] += start[b];
-    for (std::size_t begin = 0; begin < items.size(); begin += kCheckEvery) {
-      if (control.check() != Interruption::none) return false;
-      const std::size_t end = std::min(begin + kCheckEvery, items.size());
-      for (std::size_t i = begin; i < end; ++i) other[start[bucket(items[i])]++] = items[i];
-    }
+    const bool sorted = counted && in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
+                          for (std::size_t i = begin; i < end; ++i) other[start[bucket(items[i])]++] = items[i];
+                        });
+    if (!sorted) return false;
     items.swap(other);
   }
   return true;
 }
 
-Box box_of_centres(MeshView mesh, std::span<const Item> items) {
+// nullopt: interrupted.
+std::optional<Box> box_of_centres(MeshView mesh, std::span<const Item> items, Control& control) {
   Box box;
-  for (const Item& item : items) box.extend(centre(mesh, item.triangle));
-  return box;
+  const bool done = in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) box.extend(centre(mesh, items[i].triangle));
+  });
+  return done ? std::optional(box) : std::nullopt;
 }
 
 struct Cell {
@@ -138,17 +168,20 @@ bool sort_by_code(std::span<Item> items, Control& control) {
 }
 
 // Orders the items that share a cell by a curve through their own box. False: interrupted.
-bool refine(MeshView mesh, LargeArray<Item>& items, Control& control) {
+bool refine(MeshView mesh, LargeArray<Item>& items, Control& control, ThreadPool& pool) {
   std::vector<Cell> crowded;
   find_crowded(items, {0, items.size(), 0}, crowded);
   while (!crowded.empty()) {
     const Cell cell = crowded.back();
     crowded.pop_back();
     const auto inside = std::span(items).subspan(cell.begin, cell.end - cell.begin);
-    const Box box = box_of_centres(mesh, inside);
-    if (!((box.high - box.low).maxCoeff() > kSmallestBox) || cell.depth > kMaxDepth) continue;
-    encode(mesh, box, inside);
-    if (!sort_by_code(inside, control)) return false;
+    const std::optional<Box> box = box_of_centres(mesh, inside, control);
+    if (!box) return false;
+    if (!((box->high - box->low).maxCoeff() > kSmallestBox) || cell.depth > kMaxDepth) continue;
+    const bool encoded = in_parts(inside.size(), control, pool, [&](std::size_t begin, std::size_t end) {
+      encode(mesh, *box, inside.subspan(begin, end - begin));
+    });
+    if (!encoded || !sort_by_code(inside, control)) return false;
     find_crowded(items, cell, crowded);
   }
   return true;
@@ -160,21 +193,17 @@ LargeArray<std::uint32_t> curve_order(MeshView mesh, std::span<const std::uint32
                                       Control& control, ThreadPool& pool) {
   LargeArray<Item> items(chosen.empty() ? mesh.triangles.size() : chosen.size());
   const Box of_centres{3 * box.low, 3 * box.high};
-  const std::size_t tasks = (items.size() + kCheckEvery - 1) / kCheckEvery;
-  for (std::size_t done = 0; done < tasks; done += pool.size()) {
-    if (control.check() != Interruption::none) return {};
-    pool.run(std::min(pool.size(), tasks - done), [&](std::size_t, std::size_t task) {
-      const std::size_t begin = (done + task) * kCheckEvery;
-      const std::size_t end = std::min(begin + kCheckEvery, items.size());
-      for (std::size_t i = begin; i < end; ++i)
-        items[i].triangle = chosen.empty() ? static_cast<std::uint32_t>(i) : chosen[i];
-      encode(mesh, of_centres, std::span(items).subspan(begin, end - begin));
-    });
-  }
-  if (!radix_sort(items, control) || !refine(mesh, items, control)) return {};
+  const bool encoded = in_parts(items.size(), control, pool, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      items[i].triangle = chosen.empty() ? static_cast<std::uint32_t>(i) : chosen[i];
+    encode(mesh, of_centres, std::span(items).subspan(begin, end - begin));
+  });
+  if (!encoded || !radix_sort(items, control) || !refine(mesh, items, control, pool)) return {};
   LargeArray<std::uint32_t> order(items.size());
-  for (std::size_t i = 0; i < items.size(); ++i) order[i] = items[i].triangle;
-  return order;
+  const bool done = in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) order[i] = items[i].triangle;
+  });
+  return done ? std::move(order) : LargeArray<std::uint32_t>();
 }
 
 }  // namespace meshgauge

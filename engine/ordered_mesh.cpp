@@ -4,11 +4,11 @@
 #include <limits>
 
 #include "engine/curve.h"
+#include "engine/mesh_index.h"
 
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // triangles between two checks of the clock, about 1 ms
 constexpr std::uint32_t kUnseen = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
@@ -18,14 +18,12 @@ OrderedMesh::OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, c
     : box{frame.to_frame(original_box.low), frame.to_frame(original_box.high)},
       original(curve_order(mesh, chosen, original_box, control, pool)),
       given(mesh.triangles.size()) {
-  LargeArray<std::uint32_t> renumbered(mesh.positions.size(), kUnseen);
+  LargeArray<std::uint32_t> renumbered(mesh.positions.size());
+  const auto interrupted = [&] { return control.check() != Interruption::none; };
+  if (!each_unless(interrupted, renumbered.size(), [&](std::uint32_t v) { renumbered[v] = kUnseen; })) return;
   positions.reserve(std::min(mesh.positions.size(), 3 * original.size()));
   triangles.reserve(original.size());
-  for (std::size_t i = 0; i < original.size(); ++i) {
-    if (i % kCheckEvery == kCheckEvery - 1 && control.check() != Interruption::none) {
-      triangles.clear();
-      return;
-    }
+  const bool done = each_unless(interrupted, original.size(), [&](std::uint32_t i) {
     Triangle triangle = mesh.triangles[original[i]];
     for (std::uint32_t& v : triangle) {
       if (renumbered[v] == kUnseen) {
@@ -35,7 +33,8 @@ OrderedMesh::OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, c
       v = renumbered[v];
     }
     triangles.push_back(triangle);
-  }
+  });
+  if (!done) triangles.clear();
 }
 
 }  // namespace meshgauge
