@@ -76,7 +76,7 @@ TEST_CASE("curve order: extents from the smallest to the largest number") {
 }
 
 TEST_CASE("curve order: ordering stops when it is interrupted") {
-  const Mesh mesh = shapes::grid(100);
+  const Mesh mesh = shapes::grid(300);
   ThreadPool pool(1);
   for (const std::uint64_t check : {1UL, 2UL, 3UL}) {
     Control control;
