@@ -8,13 +8,13 @@ import argparse
 import contextlib
 import http.client
 import json
+import multiprocessing
 import os
 import pathlib
 import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -56,13 +56,13 @@ class Client:
 
 
 class Greedy:
-    """Sends hard comparisons and keeps uploads that stall."""
+    """Sends hard comparisons and keeps uploads that stall; in a process of its own, so that the other client does not wait for it."""
 
     def __init__(self, port, token):
-        self.port, self.token, self.sent, self.taken, self.ended = port, token, 0, 0, threading.Event()
-        self.stalled = [self.stall() for _ in range(STALLED)]
-        self.thread = threading.Thread(target=self.send)
-        self.thread.start()
+        self.port, self.token, self.ended = port, token, multiprocessing.Event()
+        self.sent, self.taken = multiprocessing.Value("i", 0), multiprocessing.Value("i", 0)
+        self.process = multiprocessing.Process(target=self.send)
+        self.process.start()
 
     def stall(self):
         connection = socket.create_connection(("127.0.0.1", self.port))
@@ -71,17 +71,18 @@ class Greedy:
         return connection
 
     def send(self):
+        stalled = [self.stall() for _ in range(STALLED)]
         client, body = Client(self.port, self.token), form(grid(40), grid(43), HARD)
-        while not self.ended.wait(0 if self.sent < 1000 else 0.1):
-            self.sent += 1
-            self.taken += client.post(body, {"Prefer": "respond-async"}) == 202
+        while not self.ended.wait(0 if self.sent.value < 1000 else 0.1):
+            self.sent.value += 1
+            self.taken.value += client.post(body, {"Prefer": "respond-async"}) == 202
+        for connection in stalled:
+            with contextlib.suppress(OSError):
+                connection.close()
 
     def end(self):
         self.ended.set()
-        self.thread.join()
-        for connection in self.stalled:
-            with contextlib.suppress(OSError):
-                connection.close()
+        self.process.join()
 
 
 def measure(client, count):
@@ -119,11 +120,11 @@ def main():
         measure(modest, 50)
         show("alone", measure(modest, args.requests))
         greedy = Greedy(service.port, tokens["greedy"])
-        while greedy.sent < 1000:
+        while greedy.sent.value < 1000:
             time.sleep(0.01)
         show("beside the other key", measure(modest, args.requests))
         greedy.end()
-        print(f"the other key: {greedy.taken} of {greedy.sent} hard comparisons were accepted")
+        print(f"the other key: {greedy.taken.value} of {greedy.sent.value} hard comparisons were accepted")
         service.stop()
 
 
