@@ -46,20 +46,23 @@ _WRITTEN: Any = pytest.StashKey["list[pathlib.Path]"]()
 
 @pytest.fixture
 def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
-    """assert_mesh_close(actual, expected, max_distance, *, cloud=False, **options): fails unless no point of either mesh is farther
-    from the other than `max_distance`.
+    """assert_mesh_close(actual, expected, max_distance=None, *, cloud=False, **options): fails unless no point of either mesh is
+    farther from the other than `max_distance`, and the other limits among the options hold. One limit must be given.
 
     Meshes and options are those of meshgauge.compare(). A relative path of `expected` begins at the folder of the test.
     `cloud`: whether `actual` may be a point cloud, for a mesh that lost its faces looks the same. Returns the Result.
     """
     counted = iter(range(1, 1_000_000))
 
-    def check(actual: Any, expected: Any, max_distance: _options.Length, *, cloud: bool = False, **options: Any) -> Result:
+    def check(actual: Any, expected: Any, max_distance: Optional[_options.Length] = None, *, cloud: bool = False,
+              **options: Any) -> Result:
         __tracebackhide__ = True
         baseline = _Baseline(request, expected)
         if baseline.is_missing:
             baseline.write(actual, "does not exist")
         result = compare(actual, baseline.mesh, max_distance, **options)
+        if result.verdict is None:
+            raise TypeError("assert_mesh_close needs a limit: max_distance or max_share_beyond")
         found = result.document["meshes"]["a"]
         if found["triangles"] == 0 and found["format"] != "xyz" and not cloud:
             pytest.fail(f"actual has {found['vertices']} points and no faces; if it is a point cloud, declare it by cloud=True",
@@ -70,7 +73,7 @@ def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
         if result.verdict != "pass":
             name = f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', request.node.nodeid)}-{next(counted)}.html"
             report = _Report(_folder_of_reports(request.config) / name, max_distance, {**options, "cloud": cloud})
-            pytest.fail(_in_words(result, max_distance, report.written(actual, baseline.mesh)), pytrace=False)
+            pytest.fail(_in_words(result, report.written(actual, baseline.mesh)), pytrace=False)
         return result
 
     return check
@@ -104,7 +107,7 @@ class _Baseline:
 class _Report:
     """The HTML report of one failure, which the command writes."""
 
-    def __init__(self, place: pathlib.Path, max_distance: _options.Length, options: dict[str, Any]) -> None:
+    def __init__(self, place: pathlib.Path, max_distance: Optional[_options.Length], options: dict[str, Any]) -> None:
         self._place = place
         self._max_distance = max_distance
         self._options = options
@@ -126,7 +129,7 @@ class _Report:
         units = self._options.get("units")
         sent = _options.document(units=_meshes.own_units(actual, expected) if units is None else units)
         direction = self._options.get("direction")
-        flags = [f"--max-distance={self._max_distance}"]
+        flags = [] if self._max_distance is None else [f"--max-distance={self._max_distance}"]
         flags += [f"--unit-{name}={unit}" for name, unit in sent.get("units", {}).items()]
         flags += [f"--direction={direction}"] if direction else []
         flags += ["--cloud"] if self._options["cloud"] else []
@@ -168,13 +171,14 @@ def _as_file(mesh: Any, folder: str, name: str) -> str:
     return path.name
 
 
-def _in_words(result: Result, max_distance: _options.Length, report: str) -> str:
+def _in_words(result: Result, report: str) -> str:
     unit = f" {result.unit}" if result.unit else ""
-    limit = result.document["gate"]["max_distance"]  # another limit may be the one that is exceeded
-    said = "may differ by more than" if result.lower <= limit else "differ by more than"
-    said = "are within" if result.upper <= limit else said
-    lines = [f"the meshes {said} the limit of {max_distance}: the distance is in [{result.lower:.9g}, {result.upper:.9g}]"
-             f"{unit} ({result.status})"]
+    limit = result.document["gate"].get("max_distance")
+    said = "the distance of the meshes"
+    if limit is not None:  # another limit may be the one that is exceeded
+        said = "may differ by more than" if result.lower <= limit else "differ by more than"
+        said = f"the meshes {'are within' if result.upper <= limit else said} the limit of {limit:.9g}{unit}: the distance"
+    lines = [f"{said} is in [{result.lower:.9g}, {result.upper:.9g}]{unit} ({result.status})"]
     found = result.document.get("share_beyond")
     if found:
         lines.append(f"the share of the area beyond {found['distance']:.9g}{unit} is in [{found['share']['lower']:.9g}, "

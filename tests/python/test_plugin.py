@@ -76,6 +76,20 @@ def test_area(assert_mesh_close):
         self.assertIn("The gate fails", page)
         self.assertIn("0.001 mm", page)
 
+    def test_a_limit_of_the_area_alone(self):
+        source = HEAD + """
+import pytest
+def test_area(assert_mesh_close):
+    with pytest.raises(TypeError, match="needs a limit"):
+        assert_mesh_close(shapes.box(10), shapes.box(10))
+    assert_mesh_close(shapes.box(10), shapes.box(10), max_share_beyond={"distance": 0.01, "share": 0.001})
+    assert_mesh_close(shapes.box(10), shapes.box(10.5), max_share_beyond={"distance": 0.01, "share": 0.001})
+"""
+        code, output = self.run_pytest(source)
+        self.assertEqual(code, 1, output)
+        self.assertRegex(output, r"the distance of the meshes is in \[0\.\d+, 0\.\d+\]")
+        self.assertRegex(output, r"the share of the area beyond 0.01 is in \[[\d.]+, [\d.]+\]: fail")
+
     def test_a_folder_for_reports_and_options(self):
         source = HEAD + """
 def test_units(assert_mesh_close):
