@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Breaks the engine on purpose, one line at a time, and expects the tests to notice.
 
-usage: run.py [--check] [--only TEXT ...] [--markdown]
+usage: run.py [--check] [--only TEXT ...] [--jobs N] [--markdown]
 
 Each mutation replaces one exact piece of text in a copy of the sources, builds engine_tests and fuzz_certify (fuzz_areas for
 those of the areas), and runs them. A mutation that survives or does not compile makes the run fail; so does, before anything is built, one of the whole list that no
@@ -9,7 +9,10 @@ longer applies. docs/mutations.md records the last full run.
 """
 import argparse
 import collections
+import concurrent.futures
+import os
 import pathlib
+import queue
 import re
 import shutil
 import subprocess
@@ -183,13 +186,44 @@ def figures_of_tests(text):
     return "", "; ".join(dict.fromkeys(re.findall(r"^TEST CASE:  (.*)$", text, re.M)))
 
 
-def build_tree(source, build, configure):
-    if configure:
-        done = run(["cmake", "-S", str(source), "-B", str(build), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+class Tree:
+    """A copy of the sources with a build of its own."""
+
+    def __init__(self, folder, compilers):
+        self.source, self.build, self.compilers = folder / "source", folder / "build", str(compilers)
+        shutil.copytree(ROOT, self.source, ignore=shutil.ignore_patterns(".*", "build", "build-*", "node_modules"))
+
+    def configured(self):
+        return run(["cmake", "-S", str(self.source), "-B", str(self.build), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
                     "-DMESHGAUGE_BUILD_SERVICE=OFF", "-DMESHGAUGE_WERROR=OFF"])
-        if done.returncode != 0:
-            return done
-    return run(["cmake", "--build", str(build), "--target", "engine_tests", "fuzz_certify", "fuzz_areas"])
+
+    def built(self):
+        return run(["cmake", "--build", str(self.build), "--parallel", self.compilers,
+                    "--target", "engine_tests", "fuzz_certify", "fuzz_areas"])
+
+    def verdict(self, mutation, in_full):
+        """What notices the mutation, after how many pairs, and how; in capitals: nothing did."""
+        what, name, text, replacement = mutation
+        path = self.source / name
+        original = path.read_text()
+        path.write_text(original.replace(text, replacement))
+        failed = self.built().returncode
+        found = ("DOES NOT COMPILE", "", "") if failed else caught_by(self.build, in_full, what.startswith("areas:"))
+        path.write_text(original)
+        return found or ("SURVIVES", "", "")
+
+
+def trees_in(folder, jobs):
+    """As many trees, whose tests pass; in a queue, from which each job takes one at a time."""
+    free, trees = queue.SimpleQueue(), [Tree(folder / str(i), max(1, os.cpu_count() // jobs)) for i in range(jobs)]
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for tree, done in zip(trees, pool.map(lambda tree: (tree.configured(), tree.built())[1], trees)):
+            if done.returncode != 0:
+                sys.exit("it does not build without any mutation\n" + done.stdout[-3000:])
+            free.put(tree)
+    if found := caught_by(trees[0].build):
+        sys.exit(f"{found[0]} fails without any mutation: {found[2]}")
+    return free
 
 
 def places(root, name, text):
@@ -200,6 +234,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--check", action="store_true", help="only see whether every mutation still applies")
     parser.add_argument("--only", action="append", metavar="TEXT", help="only mutations whose description holds this text")
+    parser.add_argument("--jobs", type=int, default=1, help="as many mutations at once, each in a tree of its own")
     parser.add_argument("--markdown", action="store_true", help="print the table of docs/mutations.md")
     args = parser.parse_args()
     stale = ["does not apply (%d places): %s" % (places(ROOT, name, text), what)
@@ -208,23 +243,19 @@ def main():
         sys.exit("\n".join(stale))
     if args.check:
         return print("%d mutations apply" % len(MUTATIONS))
+    chosen = [m for m in MUTATIONS if not args.only or any(text in m[0] for text in args.only)]
     failures = 0
-    with tempfile.TemporaryDirectory() as folder:
-        source, build = pathlib.Path(folder) / "source", pathlib.Path(folder) / "build"
-        shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".git", "build", "build-*", "node_modules"))
-        done = build_tree(source, build, True)
-        if done.returncode != 0 or caught_by(build):
-            sys.exit("the tests fail without any mutation\n" + done.stdout[-3000:])
-        for what, name, text, replacement in MUTATIONS:
-            if args.only and not any(text in what for text in args.only):
-                continue
-            path = source / name
-            original = path.read_text()
-            path.write_text(original.replace(text, replacement))
-            built = build_tree(source, build, False)
-            verdict = ("DOES NOT COMPILE", "", "") if built.returncode else caught_by(build, args.markdown, what.startswith("areas:"))
-            path.write_text(original)
-            verdict = verdict or ("SURVIVES", "", "")
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        free = trees_in(pathlib.Path(folder), args.jobs)
+
+        def judge(mutation):
+            tree = free.get()
+            try:
+                return tree.verdict(mutation, args.markdown)
+            finally:
+                free.put(tree)
+
+        for (what, *_), verdict in zip(chosen, pool.map(judge, chosen)):
             failures += verdict[0].isupper()
             print("| %s | %s |" % (what, " | ".join(verdict)) if args.markdown else "%-20s %s" % (verdict[0], what), flush=True)
     sys.exit(1 if failures else 0)
