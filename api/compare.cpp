@@ -7,9 +7,12 @@
 #include <optional>
 #include <utility>
 
+#include "api/decimal.h"
 #include "api/digest.h"
 #include "api/formats/source.h"
 #include "api/gate.h"
+#include "api/json_filter.h"
+#include "api/refused.h"
 
 namespace meshgauge::api {
 namespace {
@@ -49,6 +52,29 @@ bool is_same(MeshView a, MeshView b) {
   return std::ranges::equal(a.positions, b.positions) && std::ranges::equal(a.triangles, b.triangles);
 }
 
+// "'a' lies from (0, 0, 0) to (1, 1, 1)".
+std::string place_of(const Prepared& mesh, std::string_view name) {
+  const auto point = [](const Vec3& p) {
+    return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
+  };
+  return "'" + std::string(name) + "' lies from " + point(mesh.box().low) + " to " + point(mesh.box().high);
+}
+
+// Refuses a region without a surface, as a mistake in its numbers leaves it: its distance would be 0.
+Result<Outcome> not_empty(Outcome outcome, const Prepared& a, const Prepared& b,
+                          const std::pair<std::string_view, std::string_view>& names,
+                          const ComparisonOptions& options) {
+  for (std::size_t i = 0; i < options.regions.size(); ++i) {
+    if (!outcome.regions[i].empty) continue;
+    const bool from_a = options.direction != Direction::b_to_a, from_b = options.direction != Direction::a_to_b;
+    const std::string of_a = from_a ? place_of(a, names.first) : "", of_b = from_b ? place_of(b, names.second) : "";
+    return refused("the region " + shown_text(options.regions[i].name) +
+                       " holds no point that is measured from: " + of_a + (from_a && from_b ? ", " : "") + of_b,
+                   "options", "/regions/" + std::to_string(i));
+  }
+  return outcome;
+}
+
 // Measures in the unit of the result. Two equal meshes are at distance 0 in any unit: the rounding of their conversion
 // does not count.
 Result<Outcome> measure_in_unit(const NamedMesh& a, const NamedMesh& b, const UnitPlan& plan,
@@ -58,11 +84,12 @@ Result<Outcome> measure_in_unit(const NamedMesh& a, const NamedMesh& b, const Un
   if (!measured_a) return measured_a.error();
   if (!factor_a.is_one() && factor_a == factor_b && is_same(a.mesh->mesh.mesh(), b.mesh->mesh.mesh())) {
     const Prepared exact((*measured_a)->mesh(), Prepared::Use::once, *measured_a);
-    return measure(exact, exact, engine_options(options), control);
+    return not_empty(measure(exact, exact, engine_options(options), control), exact, exact, {a.name, b.name}, options);
   }
   const auto measured_b = in_unit(b.mesh, std::string(b.name), factor_b, control);
   if (!measured_b) return measured_b.error();
-  return measure(**measured_a, **measured_b, engine_options(options), control);
+  return not_empty(measure(**measured_a, **measured_b, engine_options(options), control), **measured_a, **measured_b,
+                   {a.name, b.name}, options);
 }
 
 // nullopt: interrupted.

@@ -23,7 +23,10 @@ std::string_view to_string(Verdict verdict) {
 Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_view name) {
   const double u = options.uncertainty;
   const auto& area = options.max_share_beyond;
-  if (u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u)) return Done{};
+  const auto fits = [u](const Region& region) { return u <= region.max_distance.value_or(u); };
+  if (u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u) &&
+      std::ranges::all_of(options.regions, fits))
+    return Done{};
   return refused(std::string(name) + " must not be above the distance that may not be exceeded: nothing could pass",
                  "options", std::string(name));
 }
@@ -58,10 +61,20 @@ std::optional<AreaInterval> share_beyond(const Outcome& outcome, const Compariso
   return share;
 }
 
+std::optional<double> limit_of_region(const ComparisonOptions& options, std::size_t region) {
+  const auto own = region < options.regions.size() ? options.regions[region].max_distance : std::nullopt;
+  return own ? own : options.max_distance;
+}
+
 std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options) {
   std::optional<Verdict> found;
-  if (options.max_distance)
+  if (options.max_distance && outcome.regions.empty())
     found = verdict_within(outcome.lower, outcome.upper, *options.max_distance, options.uncertainty);
+  for (std::size_t i = 0; options.max_distance && i < outcome.regions.size(); ++i) {
+    const RegionOutcome& region = outcome.regions[i];
+    const Verdict one = verdict_within(region.lower, region.upper, *limit_of_region(options, i), options.uncertainty);
+    found = found ? worst(*found, one) : one;
+  }
   if (const auto share = share_beyond(outcome, options)) {
     const Verdict of_share = verdict_within(share->lower, share->upper, options.max_share_beyond->share);
     found = found ? worst(*found, of_share) : of_share;

@@ -1,6 +1,7 @@
 // The verdict of a gate: whether what was certified is within its limits.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
@@ -14,7 +15,7 @@ enum class Verdict { pass, fail, undecided };
 
 std::string_view to_string(Verdict verdict);
 
-// Returns the error for an uncertainty above a limit of the distance or of the area's distance: nothing could pass.
+// Returns the error for an uncertainty above a limit of a distance, of a region's or of the area's: nothing could pass.
 // `name`: a JSON pointer or a flag, for the message and Error::where.
 Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_view name);
 
@@ -30,6 +31,9 @@ Options engine_options(const ComparisonOptions& options);
 // with an uncertainty U, from the share beyond the distance plus U to that beyond the distance less U; from 0 to 1
 // where the areas of a direction that was asked for are missing. nullopt: without max_share_beyond.
 std::optional<AreaInterval> share_beyond(const Outcome& outcome, const ComparisonOptions& options);
+
+// Returns the limit of a region, or behind them of the rest; nullopt: none.
+std::optional<double> limit_of_region(const ComparisonOptions& options, std::size_t region);
 
 // Returns pass when every limit is kept, fail when one is certainly exceeded; nullopt: without a limit.
 std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options);

@@ -51,10 +51,15 @@ Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
 Json interval(double lower, double upper) { return {{"lower", lower}, {"upper", upper}}; }
 
+Json json_of(const Bounds& bounds) {
+  Json json = interval(bounds.lower, bounds.upper);
+  json["witness"] = of_witness(bounds.witness);
+  return json;
+}
+
 Json json_of(const std::optional<Directed>& directed) {
   if (!directed) return nullptr;
-  Json json = interval(directed->bounds.lower, directed->bounds.upper);
-  json["witness"] = of_witness(directed->bounds.witness);
+  Json json = json_of(directed->bounds);
   json["culling"] = of_culling(directed->culling);
   json["work"] = of_work(directed->work);
   return json;

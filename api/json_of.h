@@ -15,6 +15,7 @@ using Json = nlohmann::ordered_json;  // writes a number that is not finite as n
 Json text_or_null(std::string_view text);  // null: the text is empty
 Json json_of(const Vec3& p);
 Json interval(double lower, double upper);
+Json json_of(const Bounds& bounds);
 Json json_of(const std::optional<Directed>& directed);
 Json json_of(const Tolerance& asked);  // has only the rules that are set
 Json json_of(const ShareLimit& limit);

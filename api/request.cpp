@@ -10,6 +10,7 @@
 #include "api/json_filter.h"
 #include "api/names.h"
 #include "api/refused.h"
+#include "api/region_json.h"
 
 namespace meshgauge::api {
 namespace {
@@ -184,7 +185,7 @@ Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Readi
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!has_limit(reading.request.options))
     return invalid(pointer, pointer + " needs max_distance, max_share_beyond, or both");
-  return check_uncertainty(reading.request.options, pointer + "/uncertainty");
+  return Done{};
 }
 
 Result<Done> read_work_items(const JsonValue& value, const std::string& pointer, Reading& reading) {
@@ -278,6 +279,13 @@ Result<Done> read_topology(const JsonValue& value, const std::string& pointer, R
   return read_boolean(value, pointer, reading.request.options.topology);
 }
 
+Result<Done> read_option_regions(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  auto regions = read_regions(value, pointer);
+  if (!regions) return regions.error();
+  reading.request.options.regions = *std::move(regions);
+  return Done{};
+}
+
 Result<Done> read_direction(const JsonValue& value, const std::string& pointer, Reading& reading) {
   return read_name(kDirections, value, pointer, reading.request.options.direction);
 }
@@ -312,7 +320,8 @@ constexpr Field kOptions[] = {
     {"direction", read_direction},   {"tolerance", read_tolerance}, {"gate", read_gate},
     {"strategy", read_strategy},     {"points", read_points},       {"timeout_ms", read_timeout},
     {"threads", read_threads},       {"budget", read_budget},       {"areas", read_areas},
-    {"statistics", read_statistics}, {"topology", read_topology},   {"units", read_units}};
+    {"statistics", read_statistics}, {"topology", read_topology},   {"units", read_units},
+    {"regions", read_option_regions}};
 
 }  // namespace
 
@@ -356,6 +365,8 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
   request.timeout = limits.default_timeout;
   Reading reading{request, limits};
   if (auto read = read_object(*document, "", kOptions, reading); !read) return read.error();
+  if (auto ok = check_uncertainty(request.options, "/gate/uncertainty"); !ok) return ok.error();
+  if (auto ok = check_limits_of_regions(request.options, "/regions"); !ok) return ok.error();
   if (auto ok = check_points(reading.points_given, request.options.strategy, "/points"); !ok) return ok.error();
   return request;
 }

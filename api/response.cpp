@@ -10,6 +10,7 @@
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/notes.h"
+#include "api/region_json.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::api {
@@ -134,6 +135,7 @@ std::string to_json(const Comparison& comparison) {
   }
   if (const auto share = share_beyond(outcome, comparison.options))
     json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
+  if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

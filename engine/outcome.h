@@ -44,7 +44,7 @@ struct Bounds {
 };
 
 struct Culling {
-  std::size_t triangles = 0;  // of the mesh measured from
+  std::size_t triangles = 0;  // of the mesh measured from; with regions, of its parts
   std::size_t survivors = 0;  // triangles that the traversal could not cull
   // The culling rate: the share of the triangles that did not survive, from 0 to 1.
   double rate() const {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <variant>
 
 #include "engine/mesh.h"
@@ -21,6 +22,7 @@ struct Region {
 
   std::variant<Box, Sphere> shape;
   std::optional<double> max_distance;  // nullopt: Options::max_distance
+  std::string name = {};               // for the caller
 };
 
 }  // namespace meshgauge

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "engine/clipping.h"
 #include "engine/conclusion.h"
@@ -17,6 +18,7 @@ namespace {
 
 // What cutting at a sphere may add to either end of an interval, of the width asked for.
 constexpr double kResolution = 0.125;
+constexpr double kCoarse = 0x1p-10;            // of a limit, as long as the gate is decided with it
 constexpr double kLeastResolution = 0x1p-33;   // of the diagonal of both meshes: bounds the number of pieces
 constexpr double kCoarsestPosition = 0x1p-46;  // of the largest coordinate: pieces are wider than their rounding
 constexpr double kLeastLength = 0x1p-1050;
@@ -47,6 +49,7 @@ Options of_part(const Options& options, double diagonal_a) {
   }
   part.regions.clear();
   part.areas.reset();
+  part.sides.reset();
   part.statistics.reset();
   return part;
 }
@@ -86,34 +89,57 @@ class RegionStage {
     for (const MeasuredDirection& direction : pair_.directions) {
       farthest_ = std::max(farthest_, direction.result.bounds.upper);
       direction.result.bounds.upper = 0;
-      direction.result.culling.survivors = 0;
+      direction.result.culling = {};
     }
   }
 
   void run() {
     const Telling telling(*this);
     const std::span<const Region> regions = options_.regions;
-    for (const Region& region : regions) measure({&region, 1}, Keep::inside, region.max_distance);
-    measure(regions, Keep::outside, std::nullopt);
+    for (const Region& region : regions) add(measure({&region, 1}, Keep::inside, region.max_distance));
+    add(measure(regions, Keep::outside, std::nullopt));
     take_maximum(outcome_);
     outcome_.met_by = rule_met(options_.tolerance, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
     if (outcome_.met_by) outcome_.stop = Stop::converged;
   }
 
  private:
-  // Measures a part of both meshes, in each direction asked for.
-  void measure(std::span<const Region> regions, Keep keep, const std::optional<double>& limit) {
-    part_options_.max_distance = limit ? limit : options_.max_distance;
+  // Measures a part of both meshes, in each direction asked for. A gate is first tried with a coarse cut.
+  RegionOutcome measure(std::span<const Region> regions, Keep keep, const std::optional<double>& own_limit) {
+    const auto limit = part_options_.max_distance = own_limit ? own_limit : options_.max_distance;
+    const double fine = resolution_;
+    if (limit) resolution_ = std::max(fine, kCoarse * std::min(*limit, farthest_));
+    RegionOutcome found = measure(regions, keep);
+    if (std::exchange(resolution_, fine) > fine && !is_decided(found, *limit) &&
+        weight(found.stop) < weight(Stop::budget))
+      found = measure(regions, keep);
+    return found;
+  }
+
+  bool is_decided(const RegionOutcome& found, double limit) const {
+    return found.upper <= less_uncertainty(limit, options_.uncertainty) ||
+           found.lower > plus_uncertainty(limit, options_.uncertainty);
+  }
+
+  RegionOutcome measure(std::span<const Region> regions, Keep keep) {
     RegionOutcome found;
     for (MeasuredDirection& direction : pair_.directions) {
       auto& bounds = &direction.from == &pair_.a ? found.a_to_b : found.b_to_a;
       bounds = measure(direction, regions, keep, found);
       found.lower = std::max(found.lower, bounds->lower);
       found.upper = std::max(found.upper, bounds->upper);
+    }
+    return found;
+  }
+
+  // Takes a part into the bounds of the whole.
+  void add(const RegionOutcome& found) {
+    for (MeasuredDirection& direction : pair_.directions) {
+      const Bounds& bounds = &direction.from == &pair_.a ? *found.a_to_b : *found.b_to_a;
       Bounds& whole = direction.result.bounds;
-      if (bounds->witness && (!whole.witness || bounds->lower > whole.lower)) whole.witness = bounds->witness;
-      whole.lower = std::max(whole.lower, bounds->lower);
-      whole.upper = std::max(whole.upper, bounds->upper);
+      if (bounds.witness && (!whole.witness || bounds.lower > whole.lower)) whole.witness = bounds.witness;
+      whole.lower = std::max(whole.lower, bounds.lower);
+      whole.upper = std::max(whole.upper, bounds.upper);
     }
     outcome_.stop = worse(outcome_.stop, found.stop);
     outcome_.precision_floor = std::max(outcome_.precision_floor, found.precision_floor);
@@ -155,6 +181,7 @@ class RegionStage {
     found.stop = worse(found.stop, outcome.stop);
     found.precision_floor = std::max(found.precision_floor, outcome.precision_floor);
     total.work += outcome.a_to_b->work;
+    total.culling.triangles += outcome.a_to_b->culling.triangles;
     total.culling.survivors += outcome.a_to_b->culling.survivors;
     outcome_.timings += outcome.timings;
     outcome_.threads = std::max(outcome_.threads, outcome.threads);

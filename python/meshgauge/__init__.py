@@ -9,7 +9,7 @@ docs/python.md of the project has the whole story.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from meshgauge import _meshes, _native, _options
@@ -29,7 +29,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             statistics: Union[bool, Mapping[str, int], None] = None,
             areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None,
             max_share_beyond: Optional[Mapping[str, Any]] = None,
-            uncertainty: Optional[_options.Length] = None) -> Result:
+            uncertainty: Optional[_options.Length] = None,
+            regions: Optional[Iterable[Mapping[str, Any]]] = None) -> Result:
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF, XYZ; also gzip-compressed), the content of such a file as bytes, a
@@ -60,6 +61,9 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             (Result.document["meshes"]["a"]["topology"]).
         max_share_beyond: {"distance": "0.05 mm", "share": 0.01}: a limit, beside max_distance or alone: at most one
             percent of the area may be farther than that (Result.document["share_beyond"]).
+        regions: parts that are measured each by itself (Result.regions): {"name": "bore", "box": {"min": [0, 0, 0],
+            "max": [10, 10, 25]}, "max_distance": "0.02 mm"}, or with "sphere": {"centre": [0, 0, 40], "radius": 5};
+            coordinates in the unit of the result. max_distance is then the limit of the rest.
         uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
@@ -75,7 +79,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
         statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
-        uncertainty=uncertainty)
+        uncertainty=uncertainty, regions=regions)
     return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
 
 

@@ -38,10 +38,10 @@ def _length(value: Length, name: str) -> tuple[float, str]:
 
 
 def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mapping[str, Any]] = None,
-         uncertainty: Optional[Length] = None) -> dict[str, Any]:
-    """The limits, of which one is given at least, and the uncertainty of the distances."""
+         uncertainty: Optional[Length] = None, units: Optional[set[str]] = None) -> dict[str, Any]:
+    """The limits, of which one is given at least, and the uncertainty of the distances. `units`: of other limits."""
     sent: dict[str, Any] = {}
-    units = set()
+    units = set(units or ())
     if max_distance is not None:
         sent["max_distance"], unit = _length(max_distance, "max_distance")
         units.add(unit)
@@ -57,8 +57,36 @@ def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mappi
         sent["uncertainty"], unit = _length(uncertainty, "uncertainty")
         units.add(unit)
     if len(units) > 1:
-        raise InputError("max_distance, the distance of max_share_beyond and uncertainty must have the same unit")
+        raise InputError("max_distance, the distance of max_share_beyond, uncertainty and the limits of regions must have "
+                         "the same unit")
+    unit = units.pop()
     return {**sent, **({"units": unit} if unit else {})}
+
+
+def _regions(regions: Any) -> tuple[list[dict[str, Any]], set[str]]:
+    """The regions to send, and the units of their limits."""
+    if isinstance(regions, (str, Mapping)) or not isinstance(regions, Iterable):
+        raise InputError(f"regions must be a list of mappings such as {{'name': 'bore', 'box': {{'min': [0, 0, 0], "
+                         f"'max': [1, 1, 1]}}}}, not {regions!r}")
+    sent, units = [], set()
+    for index, region in enumerate(regions):
+        if not isinstance(region, Mapping):
+            raise InputError(f"regions[{index}] must be a mapping, not {region!r}")
+        one = {str(name): plain(value) for name, value in region.items()}
+        if one.get("max_distance") is not None:
+            one["max_distance"], unit = _length(region["max_distance"], f"regions[{index}]['max_distance']")
+            units.add(unit)
+        sent.append(one)
+    return sent, units
+
+
+def plain(value: Any) -> Any:
+    """`value` with arrays as lists of numbers."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        return value
+    return [number(one, "a coordinate") for one in value]
 
 
 def _tolerance(tolerance: Tolerance) -> dict[str, float]:
@@ -128,8 +156,11 @@ def document(**options: Any) -> dict[str, Any]:
     """The document of the options that are not None. Ranges and names are checked where it is read."""
     sent: dict[str, Any] = {}
     limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond", "uncertainty")}
+    units: set[str] = set()
+    if (regions := options.pop("regions", None)) is not None:
+        sent["regions"], units = _regions(regions)
     if any(limit is not None for limit in limits.values()):
-        sent["gate"] = gate(**limits)
+        sent["gate"] = gate(**limits, units=units)
     for name, value in options.items():
         if value is None:
             continue

@@ -8,6 +8,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import pathlib
 import re
@@ -137,6 +139,8 @@ class _Report:
             flags.append(f"--max-share-beyond={area['distance']}: {100 * area['share']!r} %")
         if (uncertainty := self._options.get("uncertainty")) is not None:
             flags.append(f"--uncertainty={uncertainty}")
+        if regions := self._options.get("regions"):
+            flags.append(f"--regions={json.dumps([_options.plain(region) for region in regions])}")
         timeout = self._options.get("timeout", 30.0)
         return flags + ([f"--timeout={timeout} s"] if timeout else [])
 
@@ -174,11 +178,17 @@ def _as_file(mesh: Any, folder: str, name: str) -> str:
 def _in_words(result: Result, report: str) -> str:
     unit = f" {result.unit}" if result.unit else ""
     limit = result.document["gate"].get("max_distance")
+    of_limit = result.regions.get("rest", result.document)["distance"]
+    lower, upper = of_limit["lower"], math.inf if of_limit["upper"] is None else of_limit["upper"]
     said = "the distance of the meshes"
     if limit is not None:  # another limit may be the one that is exceeded
-        said = "may differ by more than" if result.lower <= limit else "differ by more than"
-        said = f"the meshes {'are within' if result.upper <= limit else said} the limit of {limit:.9g}{unit}: the distance"
-    lines = [f"{said} is in [{result.lower:.9g}, {result.upper:.9g}]{unit} ({result.status})"]
+        said = "may differ by more than" if lower <= limit else "differ by more than"
+        said = f"the meshes {'are within' if upper <= limit else said} the limit of {limit:.9g}{unit}: the distance"
+    lines = [f"{said} is in [{lower:.9g}, {upper:.9g}]{unit} ({result.status})"]
+    for name, region in result.regions.items():
+        if name != "rest":
+            between = region["distance"]
+            lines.append(f"in {name} it is in [{between['lower']!r}, {between['upper']!r}]{unit}: {region['verdict']}")
     found = result.document.get("share_beyond")
     if found:
         lines.append(f"the share of the area beyond {found['distance']:.9g}{unit} is in [{found['share']['lower']:.9g}, "

@@ -70,7 +70,7 @@ class Result:
     @property
     def verdict(self) -> Optional[str]:
         """"pass": upper <= max_distance. "fail": lower > max_distance. "undecided": neither. None without a limit. With
-        max_share_beyond: "pass" if every limit passes, "fail" if one fails.
+        max_share_beyond or regions: "pass" if every limit passes, "fail" if one fails.
         """
         return self._document["verdict"]
 
@@ -94,6 +94,13 @@ class Result:
         """Where `lower` is attained; None if no point was measured in time."""
         witnessed = [d for d in (self.a_to_b, self.b_to_a) if d is not None and d.witness is not None]
         return max(witnessed, key=lambda directed: directed.lower).witness if witnessed else None
+
+    @property
+    def regions(self) -> dict[str, dict[str, Any]]:
+        """What was measured of each region, by its name, then of the "rest": a dict with "distance", "verdict", ... as
+        in the HTTP API. Empty if none were asked for.
+        """
+        return {region["name"]: region for region in self._document.get("regions", [])}
 
     @property
     def notes(self) -> list[str]:

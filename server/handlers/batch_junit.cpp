@@ -46,13 +46,28 @@ std::string found_of_area(const store::Job& job, const std::string& units) {
          shortest(limit["share"]);
 }
 
+// "; bore in [0.01, 0.02] mm, limit 0.02 mm: pass" for each region and the rest.
+std::string found_of_regions(const store::Job& job, const std::string& units) {
+  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  std::string text;
+  if (!document.contains("regions")) return text;
+  for (const auto& region : document["regions"]) {
+    const auto distance = region["distance"];
+    text += "; " + region["name"].get<std::string>() + " in [" + shortest(distance["lower"]) + ", " +
+            shortest(distance["upper"]) + "]" + units;
+    if (region.contains("max_distance"))
+      text += ", limit " + shortest(region["max_distance"]) + units + ": " + region["verdict"].get<std::string>();
+  }
+  return text;
+}
+
 std::string found(const store::Job& job) {
   const auto facts = facts_of(job);
   if (!facts) return detail_of(job);
   const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
   std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
-  return text + found_of_area(job, units);
+  return text + found_of_area(job, units) + found_of_regions(job, units);
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {

@@ -121,3 +121,25 @@ TEST_CASE("gate: an uncertainty moves the distance of the area both ways") {
   CHECK(judge({0.51, 0.6}, {0.4, 0.5}) == api::Verdict::undecided);
   CHECK(judge({0.6, 0.7}, {0.51, 0.6}) == api::Verdict::fail);
 }
+
+TEST_CASE("gate: each region is held to its limit, the rest to that of the gate") {
+  api::ComparisonOptions options;
+  options.max_distance = 2;
+  options.uncertainty = 0.25;
+  options.regions = {{Sphere{}, 1}, {Sphere{}, {}}};
+  const auto judge = [&](double own, double other, double rest) {
+    Outcome outcome;
+    for (const double upper : {own, other, rest}) {
+      RegionOutcome& region = outcome.regions.emplace_back();
+      region.lower = region.upper = upper;
+      outcome.lower = outcome.upper = std::max(outcome.upper, upper);
+    }
+    return api::verdict(outcome, options).value();
+  };
+  CHECK(judge(0.75, 1.75, 1.75) == api::Verdict::pass);
+  CHECK(judge(1, 1.75, 1.75) == api::Verdict::undecided);
+  CHECK(judge(1.5, 1.75, 1.75) == api::Verdict::fail);
+  CHECK(judge(0.75, 2.5, 1.75) == api::Verdict::fail);
+  CHECK(judge(0.75, 1.75, 2) == api::Verdict::undecided);
+  CHECK(judge(1.5, 1.75, 2) == api::Verdict::fail);
+}

@@ -257,3 +257,52 @@ TEST_CASE("request: ranges refuse what is not a number") {
   CHECK(!api::as_points(1e300, "--points").ok());
   CHECK(api::as_points(1585, "--points").value() == 1585);
 }
+
+TEST_CASE("request: regions have a shape, a name of their own and perhaps a limit") {
+  const auto read = api::parse_options(
+      R"({"gate": {"max_distance": 1}, "regions": [{"name": "bore", "box": {"min": [0, -1, 0], "max": [1, 2.5, 0]},
+          "max_distance": 0.5}, {"name": "tip", "sphere": {"centre": [0, 0, 4], "radius": 2}}]})");
+  REQUIRE(read.ok());
+  const auto& regions = read->options.regions;
+  REQUIRE(regions.size() == 2);
+  CHECK(regions[0].name == "bore");
+  CHECK(regions[0].max_distance == 0.5);
+  CHECK(std::get<Box>(regions[0].shape).low == Vec3(0, -1, 0));
+  CHECK(std::get<Box>(regions[0].shape).high == Vec3(1, 2.5, 0));
+  CHECK(std::get<Sphere>(regions[1].shape).radius == 2);
+  CHECK(!regions[1].max_distance);
+}
+
+TEST_CASE("request: wrong regions are refused with their place") {
+  const auto where = [](const std::string& regions, const std::string& more = "") {
+    return refusal("{" + more + R"("regions": )" + regions + "}").where;
+  };
+  const std::string box = R"("box": {"min": [0, 0, 0], "max": [1, 1, 1]})";
+  const auto one = [&](const std::string& members) { return "[{" + members + "}]"; };
+  CHECK(where("{}") == "/regions");
+  CHECK(where("[]") == "/regions");
+  CHECK(where("[1]") == "/regions/0");
+  CHECK(where(one(R"("name": "x")")) == "/regions/0");
+  CHECK(where(one(R"("name": "x", "sphere": {"centre": [0, 0, 0], "radius": 1}, )" + box)) == "/regions/0");
+  CHECK(where(one(box)) == "/regions/0/name");
+  CHECK(where(one(R"("name": "", )" + box)) == "/regions/0/name");
+  CHECK(where(one(R"("name": "rest", )" + box)) == "/regions/0/name");
+  CHECK(where(one(R"("name": "a\nb", )" + box)) == "/regions/0/name");
+  CHECK(where(one(R"("name": ")" + std::string(65, 'x') + "\", " + box)) == "/regions/0/name");
+  CHECK(where(R"([{"name": "x", )" + box + R"(}, {"name": "x", )" + box + "}]") == "/regions/1/name");
+  CHECK(where(one(R"("name": "x", "box": {"min": [0, 2, 0], "max": [1, 1, 1]})")) == "/regions/0/box/min/1");
+  CHECK(where(one(R"("name": "x", "box": {"min": [0, 0], "max": [1, 1, 1]})")) == "/regions/0/box/min");
+  CHECK(where(one(R"("name": "x", "box": {"min": [0, 0, "1"], "max": [1, 1, 1]})")) == "/regions/0/box/min/2");
+  CHECK(where(one(R"("name": "x", "box": {"min": [0, 0, 1e308], "max": [1, 1, 1]})")) == "/regions/0/box/min/2");
+  CHECK(where(one(R"("name": "x", "box": {"min": [0, 0, 0]})")) == "/regions/0/box");
+  CHECK(where(one(R"("name": "x", "box": {"min": [0, 0, 0], "maks": [0, 0, 0]})")) == "/regions/0/box/maks");
+  CHECK(where(one(R"("name": "x", "sphere": {"centre": [0, 0, 0], "radius": -1})")) == "/regions/0/sphere/radius");
+  CHECK(where(one(R"("name": "x", "group": "y", )" + box)) == "/regions/0/group");
+  CHECK(where(one(R"("name": "x", "max_distance": -1, )" + box)) == "/regions/0/max_distance");
+  CHECK(where(one(R"("name": "x", "max_distance": 1, )" + box)) == "/regions");
+  CHECK(where(one(R"("name": "x", "max_distance": 0.1, )" + box),
+              R"("gate": {"max_distance": 1, "uncertainty": 0.5}, )") == "/gate/uncertainty");
+  std::string many = "[";
+  for (int i = 0; i < 65; ++i) many += (i ? ", {" : "{") + ("\"name\": \"" + std::to_string(i) + "\", ") + box + "}";
+  CHECK(where(many + "]") == "/regions");
+}

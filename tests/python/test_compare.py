@@ -183,6 +183,21 @@ class Results(unittest.TestCase):
         with self.assertRaisesRegex(meshgauge.InputError, "the same unit"):
             meshgauge.compare(SQUARE, RAISED, 1, max_share_beyond=high)
 
+    def test_regions(self):
+        left = {"name": "left", "box": {"min": numpy.array([-9, -9, -9]), "max": (0.5, 9, 9)}, "max_distance": "1.5 mm"}
+        ball = {"name": "ball", "sphere": {"centre": [1, 0.5, 1], "radius": 1.2}}
+        result = meshgauge.compare(SQUARE, RAISED, "3 mm", regions=[left, ball])  # every point is at 2
+        self.assertEqual(result.verdict, "fail")
+        self.assertEqual({name: region["verdict"] for name, region in result.regions.items()},
+                         {"left": "fail", "ball": "pass", "rest": "pass"})
+        self.assertEqual(meshgauge.compare(SQUARE, RAISED).regions, {})
+        self.assertEqual(meshgauge.compare(SQUARE, RAISED, regions=[ball]).verdict, None)
+        for wrong in (1, "x", [1], [{"name": "x"}], [left], [{**ball, "sphere": {"centre": ["x", 0, 0], "radius": 1}}]):
+            with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
+                meshgauge.compare(SQUARE, RAISED, regions=wrong)
+        with self.assertRaisesRegex(meshgauge.InputError, "the same unit"):
+            meshgauge.compare(SQUARE, RAISED, 3, regions=[left])
+
     def test_a_timeout_leaves_an_interval(self):
         flat = shapes.grid(120), shapes.grid(127)
         result = meshgauge.compare(*flat, tolerance=0, strategy="four_point", timeout=0.2, threads=1)
