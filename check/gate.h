@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "api/comparison_options.h"
 #include "check/expectations.h"
@@ -33,6 +34,12 @@ struct AreaLimit {
   double share = 0;
 };
 
+// A region, in the unit of the limits, and its limit, a length or a share as the gate's; not given: that of the gate.
+struct RegionLimit {
+  Region region;
+  Limit limit;
+};
+
 // The engine's defaults, with a smaller tolerance: a gate ends when its limit is decided, and an interval of one
 // percent could still contain the limit. Once it is decided the interval is narrowed, so that reports say by how much a
 // gate passes or fails.
@@ -53,6 +60,7 @@ struct Gate {
   std::filesystem::path baseline;
   Limit limit;                          // max_distance
   std::optional<AreaLimit> area_limit;  // max_share_beyond; its distance has the unit of `limit`, where both are given
+  std::vector<RegionLimit> regions;     // max_distance is the limit of the rest
   Limit uncertainty;                    // of the distances, ISO 14253-1; in the unit of the limits
   // Holds direction, strategy, points, tolerance, threads and the declared units; options_of() adds the limits.
   api::ComparisonOptions options = gate_options();
@@ -72,6 +80,7 @@ struct Limits {
   std::optional<double> max_distance;
   std::optional<api::ShareLimit> max_share_beyond;
   double uncertainty = 0;
+  std::vector<Region> regions{};
 };
 
 // The distance that has the gate's unit.
@@ -90,6 +99,10 @@ inline Limits limits_of(const Gate& gate, double baseline_diagonal) {
   Limits limits;
   if (gate.limit.is_given()) limits.max_distance = length(gate.limit);
   if (gate.area_limit) limits.max_share_beyond = {length(gate.area_limit->distance), gate.area_limit->share};
+  for (const RegionLimit& one : gate.regions) {
+    Region& region = limits.regions.emplace_back(one.region);
+    if (one.limit.is_given()) region.max_distance = length(one.limit);
+  }
   limits.uncertainty = length(gate.uncertainty);
   return limits;
 }
@@ -99,6 +112,7 @@ inline api::ComparisonOptions options_of(const Gate& gate, const Limits& limits)
   api::ComparisonOptions options = gate.options;
   options.max_distance = limits.max_distance;
   options.max_share_beyond = limits.max_share_beyond;
+  options.regions = limits.regions;
   options.uncertainty = limits.uncertainty;
   options.units.limit = main_limit(gate).unit;
   options.units.limit_of_b = has_diagonal_share(gate);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/formats/format.h"
+#include "api/region_json.h"
 #include "check/mesh_names.h"
 
 namespace meshgauge::check {
@@ -79,6 +80,55 @@ Criterion criterion_of(const ShareBeyond& share, double uncertainty) {
           verdict_of(share.lower, share.upper, share.limit.share)};
 }
 
+// The document as if only one region had been measured, or behind them the rest.
+Result<Json> part_of(const Json& document, const Limits& limits, std::size_t region) {
+  const auto regions = document.find("regions");
+  if (regions == document.end() || !regions->is_array() || regions->size() != limits.regions.size() + 1 ||
+      !regions->at(region).is_object())
+    return no_comparison("it has not the regions");
+  const Json& found = regions->at(region);
+  Json part = document;
+  for (const char* member : {"distance", "status", "a_to_b", "b_to_a"}) {
+    if (!found.contains(member)) return no_comparison("a region has no " + std::string(member));
+    part[member] = found[member];
+  }
+  return part;
+}
+
+// The witness of the region that is farthest beyond its limit, when the rest keeps its own.
+void look_at_failure(const Json& document, const Limits& limits, Measured& measured) {
+  double most = 0;
+  const auto& regions = measured.regions;
+  if (regions.empty() || criteria_of(measured).front().verdict == Verdict::fail) return;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if (regions[i].verdict != Verdict::fail || regions[i].lower - regions[i].limit < most) continue;
+    const auto part = part_of(document, limits, i);
+    const auto facts = part ? api::result_facts(*part, api::Side::a) : Result<api::ResultFacts>(part.error());
+    if (!facts || !facts->witness) continue;
+    most = regions[i].lower - regions[i].limit;
+    measured.witness = facts->witness;
+    measured.reached = facts->lower;
+  }
+}
+
+Result<Criterion> region_from(const Json& json, const Region& asked, const Limits& limits) try {
+  if (json.at("name") != asked.name) return no_comparison("it has not the regions");
+  const Json& distance = json.at("distance");
+  Criterion found;
+  found.region = asked.name;
+  found.uncertainty = limits.uncertainty;
+  found.limit = asked.max_distance ? *asked.max_distance : limits.max_distance.value_or(0);
+  found.lower = distance.at("lower").get<double>();
+  found.upper =
+      distance.at("upper").is_null() ? std::numeric_limits<double>::infinity() : distance.at("upper").get<double>();
+  if (!(found.lower >= 0 && found.lower <= found.upper)) return no_comparison("a region has no interval");
+  found.status = json.at("status").get<std::string>();
+  found.verdict = verdict_of(found.lower, found.upper, found.limit, found.uncertainty);
+  return found;
+} catch (const Json::exception& error) {
+  return no_comparison(error.what());
+}
+
 // Whether something is known of every limit and every expectation.
 bool bounded(const GateOutcome& outcome) {
   if (!outcome.measured || !std::isfinite(outcome.measured->upper)) return false;
@@ -113,7 +163,9 @@ std::vector<Criterion> criteria_of(const Measured& measured) {
   if (measured.has_max_distance)
     criteria.push_back({std::nullopt, measured.uncertainty, measured.limit, measured.lower, measured.upper,
                         measured.status,
-                        verdict_of(measured.lower, measured.upper, measured.limit, measured.uncertainty)});
+                        verdict_of(measured.lower, measured.upper, measured.limit, measured.uncertainty),
+                        measured.regions.empty() ? std::string() : std::string(api::kRest)});
+  criteria.insert(criteria.end(), measured.regions.begin(), measured.regions.end());
   if (measured.share_beyond) criteria.push_back(criterion_of(*measured.share_beyond, measured.uncertainty));
   return criteria;
 }
@@ -128,6 +180,11 @@ Criterion foremost(const Measured& measured) {
                            [&](const Criterion& a, const Criterion& b) { return rank(a) < rank(b); });
 }
 
+std::string Criterion::distance_name() const {
+  if (region.empty()) return "distance";
+  return region == api::kRest ? "distance in no region" : "distance in " + region;
+}
+
 std::string Measured::place_of_witness() const {
   if (!witness) return "";
   return (is_cloud(document, witness->on_candidate ? "a" : "b") ? "point " : "triangle ") +
@@ -135,16 +192,24 @@ std::string Measured::place_of_witness() const {
 }
 
 Result<Measured> measured_from(Json document, const Limits& limits) {
-  const auto facts = api::result_facts(document, api::Side::a);
+  const auto rest = limits.regions.empty() ? Result<Json>(Json()) : part_of(document, limits, limits.regions.size());
+  if (!rest) return rest.error();
+  const Json& of_limit = limits.regions.empty() ? document : *rest;  // what max_distance limits
+  const auto facts = api::result_facts(of_limit, api::Side::a);
   if (!facts) return facts.error();
-  const auto status = document.find("status");
-  if (status == document.end() || !status->is_string()) return no_comparison("it has no status");
+  const auto status = of_limit.find("status");
+  if (status == of_limit.end() || !status->is_string()) return no_comparison("it has no status");
   Measured measured;
   measured.has_max_distance = limits.max_distance.has_value();
   measured.uncertainty = limits.uncertainty;
   if (limits.max_share_beyond) {
     measured.share_beyond = share_from(document, *limits.max_share_beyond);
     if (!measured.share_beyond) return no_comparison("it has no share of the area beyond the limit");
+  }
+  for (std::size_t i = 0; i < limits.regions.size(); ++i) {
+    auto region = region_from(document["regions"][i], limits.regions[i], limits);
+    if (!region) return region.error();
+    measured.regions.push_back(*std::move(region));
   }
   measured.limit = limits.max_distance ? *limits.max_distance : limits.max_share_beyond->distance;
   measured.lower = facts->lower;
@@ -154,6 +219,7 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
   measured.status = status->get<std::string>();
   measured.verdict = worst(criteria_of(measured));
   measured.witness = facts->witness;
+  look_at_failure(document, limits, measured);
   measured.direction = facts->direction;
   measured.document = std::move(document);
   return measured;

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/gate.h"
+#include "api/region_json.h"
 #include "api/result_document.h"
 #include "check/gate.h"
 #include "engine/result.h"
@@ -53,6 +54,11 @@ struct Criterion {
   double upper = 0;
   std::string status;  // why the work on it ended
   Verdict verdict = Verdict::undecided;
+  std::string region{};  // of the gate; "rest": what is in none of its regions; empty: of the whole surface
+
+  bool is_of_region() const { return !region.empty() && region != api::kRest; }
+  // "distance", "distance in bore", "distance in no region".
+  std::string distance_name() const;
 };
 
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
@@ -62,13 +68,16 @@ struct Measured {
   bool has_max_distance = true;
   double uncertainty = 0;  // of the request
   std::optional<ShareBeyond> share_beyond;
+  std::vector<Criterion> regions;  // of the gate; then what follows is of the rest
   double lower = 0;
   double upper = 0;
-  api::UnitPlan units;                            // units of the meshes as read, and of every length here
-  std::vector<std::string> notes;                 // one sentence each: what was converted, what looks like a wrong unit
-  std::string status;                             // "converged", "gate_decided", "timeout", ...
-  Verdict verdict = Verdict::undecided;           // of all limits
-  std::optional<Witness> witness;                 // of the direction that attains `lower`; nullopt: there is none
+  api::UnitPlan units;                   // units of the meshes as read, and of every length here
+  std::vector<std::string> notes;        // one sentence each: what was converted, what looks like a wrong unit
+  std::string status;                    // "converged", "gate_decided", "timeout", ...
+  Verdict verdict = Verdict::undecided;  // of all limits
+  // Belongs to the direction that attains `lower`; to the region that fails, unless the rest does. nullopt: none.
+  std::optional<Witness> witness;
+  std::optional<double> reached{};  // the lower bound that a witness of a region attains; nullopt: `lower`
   std::optional<api::ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
   // URL of the page that shows the comparison while the service keeps it: ASCII, safe inside a link of any report.
   // Empty: measured in this process, or by a service without pages.
@@ -85,7 +94,7 @@ Result<Measured> measured_from(nlohmann::ordered_json document, const Limits& li
 // cloud, so a candidate without triangles must be declared by Gate::cloud, unless its format holds clouds alone.
 std::optional<Error> undeclared_cloud(const Gate& gate, const nlohmann::ordered_json& document);
 
-// Returns the limits of the gate: of the distance, then of the area. At least one.
+// Returns the limits of the gate: of the distance, of the distance in each region, of the area. At least one.
 std::vector<Criterion> criteria_of(const Measured& measured);
 
 // Returns the one to show where there is room for one: it has the verdict of the gate, and comes nearest to its limit.

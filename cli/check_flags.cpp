@@ -19,6 +19,7 @@
 #include "check/manifest/names.h"
 #include "check/manifest/naming.h"
 #include "check/manifest/quantities.h"
+#include "check/manifest/region_setting.h"
 #include "check/selection.h"
 #include "cli/read_flag.h"
 
@@ -72,6 +73,7 @@ Result<Done> set_limits(const CheckFlags& flags, check::Gate& gate) {
   if (auto ok = read_flag("--max-share-beyond", flags.max_share_beyond, check::parse_area_limit, gate.area_limit); !ok)
     return ok;
   if (auto ok = read_flag("--uncertainty", flags.uncertainty, check::parse_limit, gate.uncertainty); !ok) return ok;
+  if (auto ok = read_flag("--regions", flags.regions, check::parse_regions, gate.regions); !ok) return ok;
   const auto ok = check::check_limits(gate);
   return ok ? ok : bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
 }
@@ -96,6 +98,7 @@ Result<Done> fit_manifest(const CheckFlags& flags) {
   const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
                                                 {"--max-share-beyond", flags.max_share_beyond.has_value()},
                                                 {"--uncertainty", flags.uncertainty.has_value()},
+                                                {"--regions", flags.regions.has_value()},
                                                 {"--unit", flags.units.both.has_value()},
                                                 {"--unit-a", flags.units.a.has_value()},
                                                 {"--unit-b", flags.units.b.has_value()},
@@ -174,6 +177,7 @@ void declare_measuring(CLI::App& command, CheckFlags& flags) {
                      "The largest share of the area that may be farther than a distance: '0.05 mm: 1 %'");
   command.add_option("--uncertainty", flags.uncertainty,
                      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
+  command.add_option("--regions", flags.regions, kRegionsHelp);
   declare(command, flags.units, "CANDIDATE", "BASELINE");
   command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
   command.add_flag("--cloud", flags.cloud, "CANDIDATE may be a point cloud; an XYZ always may");

@@ -17,11 +17,13 @@
 #include "api/names.h"
 #include "api/processors.h"
 #include "api/refused.h"
+#include "api/region_json.h"
 #include "api/request.h"
 #include "api/response.h"
 #include "api/result_document.h"
 #include "check/deviation.h"
 #include "check/manifest/quantities.h"
+#include "check/manifest/region_setting.h"
 #include "check/text.h"
 #include "cli/check_extras.h"
 #include "cli/commands.h"
@@ -40,7 +42,7 @@ struct Flags {
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
-  std::optional<std::string> max_distance, max_share_beyond, uncertainty;
+  std::optional<std::string> max_distance, max_share_beyond, uncertainty, regions;
   std::vector<double> beyond, quantiles;
   std::optional<double> share_tolerance, length_tolerance;
   bool mean = false;
@@ -110,12 +112,15 @@ Result<Done> set_limits(const Flags& flags, api::ComparisonOptions& options) {
   if (gate.area_limit && gate.area_limit->distance.max_diagonal_share)
     return bad_flag("--max-share-beyond", "the distance must be a length, such as 0.05 mm, not a share");
   if (auto ok = read_flag("--uncertainty", flags.uncertainty, check::parse_length, gate.uncertainty); !ok) return ok;
+  if (auto ok = read_flag("--regions", flags.regions, check::parse_regions, gate.regions); !ok) return ok;
   if (const auto ok = check::check_limits(gate); !ok)
     return bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
   const check::Limits limits = check::limits_of(gate, 0);
   options.max_distance = limits.max_distance;
   options.max_share_beyond = limits.max_share_beyond;
+  options.regions = limits.regions;
   options.uncertainty = limits.uncertainty;
+  if (auto ok = api::check_limits_of_regions(options, "--regions"); !ok) return ok;
   options.units.limit = check::main_limit(gate).unit;
   if (flags.fast && !has_limit(options)) return bad_flag("--fast", "needs --max-distance or --max-share-beyond");
   options.narrow = has_limit(options) && !flags.fast;
@@ -278,6 +283,7 @@ void add_compare(CLI::App& app, int& exit_code) {
                      "Gate: the largest share of the area that may be farther than a distance; '0.05 mm: 1 %'");
   command.add_option("--uncertainty", flags->uncertainty,
                      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
+  command.add_option("--regions", flags->regions, kRegionsHelp);
   command.add_flag("--fast", flags->fast, "End as soon as the gate is decided, without narrowing the interval");
   declare(command, flags->units, "A", "B");
   command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();

@@ -9,6 +9,11 @@
 
 namespace meshgauge::cli {
 
+inline constexpr const char* kRegionsHelp =
+    "Measure these parts by themselves: '[{name: bore, box: {min: [0, 0, 0], max: [9, 9, 9]}, max_distance: 0.02 "
+    "mm}]'; "
+    "or sphere: {centre: [0, 0, 0], radius: 5}";
+
 // Sets `to` to what `parse` makes of the flag's text, if the flag is given.
 template <class Parse, class Value>
 Result<Done> read_flag(const char* flag, const std::optional<std::string>& text, const Parse& parse, Value& to) {

@@ -6,6 +6,7 @@
 #include "api/gate.h"
 #include "api/names.h"
 #include "api/notes.h"
+#include "api/region_json.h"
 #include "api/with_unit.h"
 #include "check/text.h"
 #include "cli/area_table.h"
@@ -93,6 +94,28 @@ std::string limits_of(const api::ComparisonOptions& options, const Unit& unit) {
   return text + (options.uncertainty > 0 ? ", uncertainty " + api::with_unit(shortest(options.uncertainty), unit) : "");
 }
 
+// "region    bore: 0.0101 .. 0.0103 mm, at most 0.02 mm: pass".
+void add_regions(std::string& out, const Comparison& comparison) {
+  const Unit& unit = comparison.units.result.unit;
+  const auto& regions = comparison.outcome.regions;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const bool is_rest = i == comparison.options.regions.size();
+    out += "region    " + (is_rest ? std::string(api::kRest) : comparison.options.regions[i].name) + ": ";
+    if (regions[i].empty) {
+      out += "no surface\n";
+      continue;
+    }
+    out += shortest(regions[i].lower) + " .. " + api::with_unit(shortest(regions[i].upper), unit);
+    const auto limit = api::limit_of_region(comparison.options, i);
+    if (limit) {
+      const auto verdict =
+          api::verdict_within(regions[i].lower, regions[i].upper, *limit, comparison.options.uncertainty);
+      out += ", at most " + api::with_unit(shortest(*limit), unit) + ": " + std::string(api::to_string(verdict));
+    }
+    out += "\n";
+  }
+}
+
 void add_times(std::string& out, const Comparison& comparison) {
   const Timings& engine = comparison.outcome.timings;
   append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f",
@@ -124,6 +147,7 @@ std::string to_table(const Comparison& comparison) {
     append(out, "verdict   %s (at most %s)\n", std::string(api::to_string(*verdict)).c_str(),
            limits_of(comparison.options, unit).c_str());
   }
+  add_regions(out, comparison);
   add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);
   add_direction(out, "b to a", outcome.b_to_a, comparison.b, unit);
   if (outcome.areas) out += to_table(*outcome.areas, unit);

@@ -102,7 +102,7 @@ std::string interval_drawing(const Criterion& criterion, const std::string& unit
   const std::string unit = criterion.beyond ? "%" : units;
   const std::string what =
       criterion.beyond ? "The share of the area farther than " + api::with_unit(to_digits(*criterion.beyond, 6), units)
-                       : "The distance";
+                       : "The " + criterion.distance_name();
   std::string out = box("zone pass", 0, axis.at(criterion.limit - u), 22, 36) +
                     box("zone fail", axis.at(criterion.limit + u), 1, 22, 36) +
                     box("zone-hatch", axis.at(criterion.limit + u), 1, 22, 36);
@@ -117,7 +117,7 @@ std::string interval_drawing(const Criterion& criterion, const std::string& unit
       what + " is between " + text.lower + " and " + text.upper + (criterion.beyond ? " %" : "") + "; the limit is " +
           text.limit + (criterion.beyond ? " %" : "") + (axis.logarithmic ? ". Logarithmic axis." : ". Linear axis."),
       out);
-  if (!criterion.beyond) return svg;
+  if (!criterion.beyond && criterion.region.empty()) return svg;
   return "<figure><figcaption>" + escaped(what) + "</figcaption>" + svg + "</figure>";
 }
 

@@ -176,16 +176,17 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
   if (criterion.verdict == Verdict::undecided) {
     const std::string of = criterion.beyond ? "share of the area farther than " +
                                                   with_unit(to_digits(*criterion.beyond, 6), outcome.unit())
-                                            : "distance";
+                                            : criterion.distance_name();
     if (criterion.uncertainty > 0)
       return "Not decided: the limit is " + limit + ", the " + of + " lies between " + text.lower + " and " +
              with_unit(text.upper, unit) + ". ";
     return "Not decided: the limit of " + limit + " lies between the bounds of the " + of + ", " + text.lower +
            " and " + with_unit(text.upper, unit) + ". ";
   }
-  const std::string found = criterion.beyond ? area_in_words(outcome, criterion)
-                                             : std::string("the distance is at ") + (is_pass ? "most " : "least ") +
-                                                   with_unit(is_pass ? text.upper : text.lower, unit);
+  const std::string found = criterion.beyond
+                                ? area_in_words(outcome, criterion)
+                                : "the " + criterion.distance_name() + " is at " + (is_pass ? "most " : "least ") +
+                                      with_unit(is_pass ? text.upper : text.lower, unit);
   return (is_pass ? "Certainly within the limit of " : "Certainly beyond the limit of ") + limit + ": " + found + end;
 }
 
@@ -226,9 +227,10 @@ std::string sentence(const GateOutcome& outcome) {
   }
   std::string text;
   for (const Criterion& criterion : criteria_of(*outcome.measured)) {
-    const std::string limit = criterion.beyond ? figures_of(criterion).limit + " %"
-                                               : length_text(outcome, outcome.gate.limit, figures_of(criterion).limit) +
-                                                     uncertainty_text(outcome);
+    const std::string limit = criterion.beyond
+                                  ? figures_of(criterion).limit + " %"
+                                  : length_text(outcome, limit_for(outcome, criterion), figures_of(criterion).limit) +
+                                        uncertainty_text(outcome);
     text += sentence_of(outcome, criterion, limit);
   }
   return text + "Measured " + direction_of(outcome.gate.options.direction) + ".";

@@ -116,6 +116,12 @@ Result<Done> check_limits(const Gate& gate) {
   const Limit& beyond = gate.area_limit ? gate.area_limit->distance : none;
   if (auto ok = same(beyond, "max_share_beyond: its distance ", gate.limit, "max_distance "); !ok) return ok;
   if (auto ok = same(gate.uncertainty, "uncertainty ", main_limit(gate), "the limit "); !ok) return ok;
+  for (const RegionLimit& one : gate.regions) {
+    const std::string name = "the region " + api::shown_text(one.region.name) + ": its limit ";
+    if (auto ok = same(one.limit, name.c_str(), gate.limit, "max_distance "); !ok) return ok;
+  }
+  if (!gate.regions.empty() && !gate.limit.is_given() && gate.area_limit)
+    return refused("regions needs max_distance, the limit of what is in no region");
   return api::check_uncertainty(options_of(gate, limits_of(gate, 1)), "uncertainty");
 }
 

@@ -13,6 +13,7 @@
 #include "check/manifest/expect_setting.h"
 #include "check/manifest/names.h"
 #include "check/manifest/quantities.h"
+#include "check/manifest/region_setting.h"
 #include "check/manifest/suggestion.h"
 
 namespace meshgauge::check {
@@ -210,6 +211,7 @@ void read_unmatched_baselines(const Setting& setting, Draft& draft, Mistakes& mi
 constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"max_share_beyond", read_max_share_beyond},
                                        {"uncertainty", read_uncertainty},
+                                       {"regions", read_regions},
                                        {"direction", read_direction},
                                        {"cloud", read_cloud},
                                        {"timeout", read_timeout},

@@ -8,6 +8,7 @@
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/problem.h"
+#include "api/region_json.h"
 #include "api/result_document.h"
 #include "check/mesh_names.h"
 #include "check/remote/address.h"
@@ -127,6 +128,21 @@ std::string sha256_of(const Json& comparison, const char* part) {
   return mesh != meshes->end() && mesh->is_object() ? text(*mesh, "sha256") : "";
 }
 
+// Whether it has the regions asked for, and the rest.
+bool has_regions(const Json& comparison, const Limits& limits) {
+  const auto found = comparison.find("regions");
+  if (found == comparison.end()) return limits.regions.empty();
+  if (limits.regions.empty() || !found->is_array() || found->size() != limits.regions.size() + 1) return false;
+  for (std::size_t i = 0; i < limits.regions.size(); ++i) {
+    if (!found->at(i).is_object()) return false;
+    const Json region = api::json_of(limits.regions[i]);
+    for (const auto& [member, asked] : region.items()) {
+      if (!found->at(i).contains(member) || found->at(i).at(member) != asked) return false;
+    }
+  }
+  return true;
+}
+
 bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& limits) {
   const api::ComparisonOptions asked = options_of(gate_asked, limits);
   if (text(comparison, "direction") != api::name_of(api::kDirections, asked.direction)) return false;
@@ -137,7 +153,8 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& 
     const auto found = gate->find(member);
     return found == gate->end() ? wanted.is_null() : *found == wanted;
   };
-  return same("max_distance", limits.max_distance ? Json(*limits.max_distance) : Json()) &&
+  return has_regions(comparison, limits) &&
+         same("max_distance", limits.max_distance ? Json(*limits.max_distance) : Json()) &&
          same("max_share_beyond", limits.max_share_beyond ? Json(api::json_of(*limits.max_share_beyond)) : Json()) &&
          same("uncertainty", limits.uncertainty > 0 ? Json(limits.uncertainty) : Json());
 }

@@ -2,6 +2,7 @@
 
 #include "api/json_of.h"
 #include "api/names.h"
+#include "api/region_json.h"
 
 namespace meshgauge::check::service {
 namespace {
@@ -47,6 +48,7 @@ Json json_of(const Gate& gate, const Limits& limits) {
   if (gate.statistics) json["statistics"] = true;
   if (options.topology) json["topology"] = true;
   if (Json declared = units(gate.options.units); !declared.empty()) json["units"] = std::move(declared);
+  for (const Region& region : options.regions) json["regions"].push_back(api::json_of(region));
   if (Json most = budget(options); !most.empty()) json["budget"] = std::move(most);
   return json;
 }

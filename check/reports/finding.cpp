@@ -30,8 +30,8 @@ bool fails_by_expectation(const GateOutcome& outcome) {
 
 bool fails_by_area(const GateOutcome& outcome) {
   if (!outcome.measured || outcome.measured->verdict != Verdict::fail) return false;
-  const Criterion first = criteria_of(*outcome.measured).front();
-  return first.beyond || first.verdict != Verdict::fail;
+  return std::ranges::none_of(criteria_of(*outcome.measured),
+                              [](const Criterion& c) { return !c.beyond && c.verdict == Verdict::fail; });
 }
 
 std::string description_of(const GateOutcome& outcome) {

@@ -23,6 +23,13 @@ void add_measured(Properties& properties, const Measured& measured) {
   properties.emplace_back("upper", shortest(measured.upper));
   if (measured.has_max_distance) properties.emplace_back("limit", shortest(measured.limit));
   if (measured.uncertainty > 0) properties.emplace_back("uncertainty", shortest(measured.uncertainty));
+  for (const Criterion& region : measured.regions) {
+    const std::string name = "region." + shown_name(region.region);
+    properties.emplace_back(name + ".lower", shortest(region.lower));
+    properties.emplace_back(name + ".upper", shortest(region.upper));
+    properties.emplace_back(name + ".limit", shortest(region.limit));
+    properties.emplace_back(name + ".verdict", std::string(to_string(region.verdict)));
+  }
   if (const auto& share = measured.share_beyond) {
     properties.emplace_back("share_beyond.distance", shortest(share->limit.distance));
     properties.emplace_back("share_beyond.lower", shortest(share->lower));

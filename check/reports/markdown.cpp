@@ -175,8 +175,17 @@ std::string line_of(const Row& row) {
                      in_prose(interval_of(outcome)) + " | " + in_prose(limit_of(outcome)) + " | ";
   if (!outcome.measured) return line + " |\n";
   const auto criteria = criteria_of(*outcome.measured);
-  for (const Criterion& criterion : criteria) line += (&criterion == criteria.data() ? "" : "<br>") + bar_of(criterion);
-  return line + " |\n";
+  std::string bars;
+  for (const Criterion& criterion : criteria) {
+    if (!criterion.is_of_region()) bars += (bars.empty() ? "" : "<br>") + bar_of(criterion);
+  }
+  line += bars + " |\n";
+  for (const RegionWords& region : regions_of(outcome)) {
+    line += "| " + std::string(to_string(region.criterion.verdict)) + " | " + code(outcome.gate.name) + ": " +
+            code(region.name) + " | " + in_prose(region.interval) + " | " + in_prose(region.limit) + " | " +
+            bar_of(region.criterion) + " |\n";
+  }
+  return line;
 }
 
 std::string sentence_of(const GateOutcome& outcome) {

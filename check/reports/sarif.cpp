@@ -110,6 +110,12 @@ Json properties_of(const GateOutcome& outcome) {
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
   if (measured.uncertainty > 0) properties["uncertainty"] = measured.uncertainty;
+  for (const Criterion& region : measured.regions)
+    properties["regions"].push_back({{"name", shown_name(region.region)},
+                                     {"lower", finite_or_null(region.lower)},
+                                     {"upper", finite_or_null(region.upper)},
+                                     {"limit", finite_or_null(region.limit)},
+                                     {"verdict", to_string(region.verdict)}});
   if (const auto& share = measured.share_beyond)
     properties["shareBeyond"] = {{"distance", share->limit.distance},
                                  {"lower", share->lower},

@@ -90,7 +90,7 @@ std::string uncertainty_of(const GateOutcome& outcome, const Criterion& criterio
 std::string limit_in_words(const GateOutcome& outcome, const Criterion& criterion) {
   const std::string number = figures_of(criterion).limit;
   if (!criterion.beyond)
-    return length_in_words(outcome, outcome.gate.limit, number) + uncertainty_of(outcome, criterion);
+    return length_in_words(outcome, limit_for(outcome, criterion), number) + uncertainty_of(outcome, criterion);
   return number + " % beyond " +
          length_in_words(outcome, outcome.gate.area_limit->distance, to_digits(*criterion.beyond, kDigits)) +
          uncertainty_of(outcome, criterion);
@@ -102,10 +102,16 @@ std::string joined(const std::string& one, const std::string& other, const char*
 
 // Joins what `say` returns for each limit of a measured gate.
 template <class Say>
-std::string of_each(const GateOutcome& outcome, const char* by, const Say& say) {
+std::string of_each(const std::vector<Criterion>& criteria, const char* by, const Say& say) {
   std::string text;
-  for (const Criterion& criterion : criteria_of(*outcome.measured)) text = joined(text, say(criterion), by);
+  for (const Criterion& criterion : criteria) text = joined(text, say(criterion), by);
   return text;
+}
+
+std::vector<Criterion> without_regions(const GateOutcome& outcome) {
+  std::vector<Criterion> criteria = criteria_of(*outcome.measured);
+  std::erase_if(criteria, [](const Criterion& c) { return c.is_of_region(); });
+  return criteria;
 }
 
 std::string interval_in_words(const GateOutcome& outcome, const Criterion& criterion) {
@@ -122,13 +128,14 @@ std::string distance_finding(const GateOutcome& outcome, const Criterion& criter
   const std::string range = std::isfinite(criterion.upper)
                                 ? "between " + figures.lower + " and " + with_unit(figures.upper, outcome.unit())
                                 : "at least " + with_unit(figures.lower, outcome.unit());
+  const std::string distance = "the " + shown_name(criterion.distance_name()) + " is ";
   switch (criterion.verdict) {
     case Verdict::pass:
-      return "the distance is at most " + with_unit(figures.upper, outcome.unit()) + ", within the limit of " + limit;
+      return distance + "at most " + with_unit(figures.upper, outcome.unit()) + ", within the limit of " + limit;
     case Verdict::fail:
-      return "the distance is at least " + with_unit(figures.lower, outcome.unit()) + ", above the limit of " + limit;
+      return distance + "at least " + with_unit(figures.lower, outcome.unit()) + ", above the limit of " + limit;
     default:
-      return "the distance is " + range + ": whether that is within the limit of " + limit + " is not known (" +
+      return distance + range + ": whether that is within the limit of " + limit + " is not known (" +
              shown_name(criterion.status) + ")";
   }
 }
@@ -141,7 +148,7 @@ std::string area_finding(const GateOutcome& outcome, const Criterion& criterion)
 
 std::string measured_in_words(const GateOutcome& outcome) {
   if (!outcome.measured) return shown_text(outcome.advice());
-  return of_each(outcome, "; ",
+  return of_each(criteria_of(*outcome.measured), "; ",
                  [&](const auto& c) { return c.beyond ? area_finding(outcome, c) : distance_finding(outcome, c); });
 }
 
@@ -165,7 +172,8 @@ IntervalText figures_of(const Criterion& criterion) {
 }
 
 std::string limit_of(const GateOutcome& outcome) {
-  if (outcome.measured) return of_each(outcome, ", ", [&](const auto& c) { return limit_in_words(outcome, c); });
+  if (outcome.measured)
+    return of_each(without_regions(outcome), ", ", [&](const auto& c) { return limit_in_words(outcome, c); });
   const auto& area = outcome.gate.area_limit;
   const std::string of_area =
       area ? to_digits(100 * area->share, kDigits) + " % beyond " + length_in_words(outcome, area->distance) : "";
@@ -174,7 +182,23 @@ std::string limit_of(const GateOutcome& outcome) {
 
 std::string interval_of(const GateOutcome& outcome) {
   if (!outcome.measured) return "";
-  return of_each(outcome, ", ", [&](const auto& c) { return interval_in_words(outcome, c); });
+  return of_each(without_regions(outcome), ", ",
+                 [&](const auto& c) { return (c.region.empty() ? "" : "rest: ") + interval_in_words(outcome, c); });
+}
+
+const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion) {
+  for (const RegionLimit& one : outcome.gate.regions) {
+    if (one.region.name == criterion.region && one.limit.is_given()) return one.limit;
+  }
+  return outcome.gate.limit;
+}
+
+std::vector<RegionWords> regions_of(const GateOutcome& outcome) {
+  std::vector<RegionWords> regions;
+  if (!outcome.measured) return regions;
+  for (const Criterion& c : outcome.measured->regions)
+    regions.push_back({shown_name(c.region), interval_in_words(outcome, c), limit_in_words(outcome, c), c});
+  return regions;
 }
 
 std::string area_in_words(const GateOutcome& outcome, const Criterion& criterion) {

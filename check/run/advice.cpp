@@ -32,9 +32,9 @@ std::string for_fail(const GateOutcome& outcome) {
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   return "Look at " + with_unit(text(witness->from), unit) + " on " + measured.place_of_witness() + " of the " + from +
-         ": it is " + with_unit(shortest(measured.lower), unit) + " or more from the " + to + ", nearest to " +
-         with_unit(text(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) + "." +
-         (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
+         ": it is " + with_unit(shortest(measured.reached.value_or(measured.lower)), unit) + " or more from the " + to +
+         ", nearest to " + with_unit(text(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) +
+         "." + (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
 // Returns the limits that the interval decides; empty: none.
@@ -72,7 +72,8 @@ std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion
            ": part of the area is that far away, within rounding error.";
   const std::string limit = deciding_limit(outcome, criterion),
                     effort = is_open_for_ever(criterion) ? "" : more_effort(outcome.gate, criterion.status);
-  const std::string decided = "Decided by " + limit + (limit.empty() || effort.empty() ? "" : "; or ") + effort;
+  const std::string decided = (criterion.is_of_region() ? criterion.region + ": decided by " : "Decided by ") + limit +
+                              (limit.empty() || effort.empty() ? "" : "; or ") + effort;
   if (!effort.empty()) return decided + ".";
   if (criterion.uncertainty > 0)
     return decided + "; the " + (criterion.beyond ? "share" : "distance") +

@@ -86,6 +86,18 @@ Json json_of(const std::vector<Expectation>& expectations) {
   return json;
 }
 
+Json regions_json(const Measured& measured) {
+  Json json = Json::array();
+  for (const Criterion& region : measured.regions)
+    json.push_back({{"name", region.region},
+                    {"verdict", to_string(region.verdict)},
+                    {"lower", region.lower},
+                    {"upper", region.upper},
+                    {"limit", region.limit},
+                    {"status", region.status}});
+  return json;
+}
+
 Json place(const Gate& gate) {
   if (gate.manifest.empty()) return nullptr;
   return {{"file", gate.manifest}, {"line", gate.line}};
@@ -115,6 +127,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"link", measured ? or_null(measured->link) : Json(nullptr)},
             {"comparison", measured ? measured->document : Json(nullptr)}};
   if (measured) add_share(measured->share_beyond, json);
+  if (measured && !measured->regions.empty()) json["regions"] = regions_json(*measured);
   return json;
 }
 

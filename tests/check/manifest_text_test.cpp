@@ -163,6 +163,19 @@ TEST_CASE("manifest text: a limit of the area, alone or beside one of the distan
   CHECK(gate("direction: a_to_b", "max_share_beyond: {distance: 2, share: 3 %}").area_limit->share == 0.03);
 }
 
+TEST_CASE("manifest text: regions of a gate replace those of the defaults") {
+  const std::string one = "regions: [{name: bore, box: {min: [0, -1, 0], max: [1, 2, 3]}, max_distance: 0.5 %}]";
+  const Gate gate_of_defaults = gate("max_distance: 1 %, " + one);
+  REQUIRE(gate_of_defaults.regions.size() == 1);
+  CHECK(gate_of_defaults.regions[0].limit.max_diagonal_share == 0.005);
+  CHECK(limits_of(gate_of_defaults, 10).regions[0].max_distance == 0.05);
+  CHECK(std::get<Box>(limits_of(gate_of_defaults, 10).regions[0].shape).high == Vec3(1, 2, 3));
+  const Gate own = gate("regions: [{name: tip, sphere: {centre: [0, 0, 0], radius: 4}}]", "max_distance: 1 %, " + one);
+  REQUIRE(own.regions.size() == 1);
+  CHECK(own.regions[0].region.name == "tip");
+  CHECK(!limits_of(own, 10).regions[0].max_distance);
+}
+
 TEST_CASE("manifest text: an uncertainty is in the unit of the limits") {
   CHECK(gate("max_distance: 0.05 mm, uncertainty: 0.01 mm").uncertainty.max_distance == 0.01);
   CHECK(gate("max_distance: 1 %", "uncertainty: 0.1 %").uncertainty.max_diagonal_share == 0.001);

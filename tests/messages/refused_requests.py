@@ -112,6 +112,9 @@ def option_rows(server):
         {"tolerance": {}}, {"tolerance": {"absolute": -1}}, {"tolerance": {"relative": "1 %"}}, {"gate": {}},
         {"gate": {"max_share_beyond": {"distance": 1}}}, {"gate": {"max_share_beyond": {"distance": 1, "share": 120}}},
         {"gate": {"max_distance": 1, "uncertainty": 2}},
+        {"regions": [{"name": "bore"}]}, {"regions": [{"name": "bore", "box": {"min": [0, 0, 1], "max": [1, 1, 0]}}]},
+        {"regions": [{"name": "tip", "sphere": {"centre": [0, 0, 0], "radius": 1}, "max_distance": 1}]},
+        {"regions": [{"name": "far", "sphere": {"centre": [90, 0, 0], "radius": 1}}]},
         {"gate": {"max_distance": -1}}, {"gate": {"max_distance": 1, "units": "parsec"}}, {"timeout_ms": 0}, {"timeout_ms": 1e9}, {"threads": 1.5},
         {"budget": {"work_items": 0}}, {"units": {"a": "pt"}}, {"statistics": 1}, {"statistics": {"samples": 10}}, {"simd": "mmx"}, {"shards": 2},
     ]

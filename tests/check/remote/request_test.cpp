@@ -102,5 +102,11 @@ TEST_CASE("request: a limit of the area is sent, and asks little of the distance
   gate.uncertainty = {0.05, {}, LengthUnit::millimeter};
   CHECK(read()->options.uncertainty == 0.05);
   CHECK(read()->options.max_distance == 0.5);
+  CHECK(read()->options.regions.empty());
+  gate.regions = {{{Sphere{Vec3(1, 2, 3), 4}, {}, "tip"}, {0.25, {}, LengthUnit::millimeter}}};
+  REQUIRE(read()->options.regions.size() == 1);
+  CHECK(read()->options.regions[0].name == "tip");
+  CHECK(read()->options.regions[0].max_distance == 0.25);
+  CHECK(std::get<Sphere>(read()->options.regions[0].shape).centre == Vec3(1, 2, 3));
   CHECK(read()->options.tolerance.diagonal == gate.options.tolerance.diagonal);
 }
