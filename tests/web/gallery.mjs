@@ -9,8 +9,9 @@ import { join } from "node:path";
 import { launch, Tab } from "./browser/browser.mjs";
 import { ply, stl, written, xyz } from "./browser/meshes.mjs";
 import { Walk } from "./browser/page.mjs";
+import { json, stored } from "./browser/batches.mjs";
 import { nightly } from "./gallery_batch.mjs";
-import { root, startService } from "./browser/service.mjs";
+import { asked, root, startService } from "./browser/service.mjs";
 import { drawn, ground, printed } from "./gallery_meshes.mjs";
 
 const to = join(root, "docs/gallery"), most = 250_000;
@@ -51,6 +52,21 @@ const pictures = {
     const walk = await open();
     const viewer = await measured(walk, { ...gear, a: files["gear_scan.xyz"], direction: "a_to_b" });
     await save("cloud", await viewer.screenshot());
+    return walk;
+  },
+  async regions() {
+    const regions = [
+      { name: "bore", box: { min: [-10, -10, -6], max: [10, 10, 6] }, max_distance: 0.02 },
+      { name: "worn tooth", sphere: { centre: [20.4, -24.7, 0], radius: 8 }, max_distance: 1 },
+    ];
+    const options = { gate: { max_distance: 0.3, units: "mm", narrow: true }, regions };
+    const [a, b] = [await stored(service, stl(printed())), await stored(service, stl(drawn()))];
+    const { view } = await (await asked(service, "/v1/comparisons", json({ a, b, options }))).json();
+    const walk = await open({ viewport: { width: 1200, height: 880 } });
+    await walk.tab.go(view);
+    await walk.measured();
+    await walk.still();
+    await save("regions", await walk.page.screenshot());
     return walk;
   },
   async batch() {

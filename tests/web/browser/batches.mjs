@@ -2,7 +2,7 @@
 import { obj, sheet } from "./meshes.mjs";
 import { asked } from "./service.mjs";
 
-const json = (value) => ({ method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(value) });
+export const json = (value) => ({ method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(value) });
 
 // The id of a stored mesh.
 export async function stored(service, bytes, headers = {}) {

@@ -8,10 +8,12 @@ import type { History } from "../plot/history.js";
 import { TimelinePlot } from "../plot/timeline.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
 import { pairNotes, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
+import { ofRest } from "../text/regions.js";
 import { directionsOf } from "./directions.js";
 import { iconOf } from "./icon.js";
 import { mapRows, showViewer } from "./maps.js";
 import { meshesTable } from "./meshes.js";
+import { regionsOf } from "./regions.js";
 import { jsonButton, linkRow, pipeline } from "./share.js";
 import { timesOf } from "./times.js";
 
@@ -34,6 +36,7 @@ export function showResult(host: HTMLElement, client: Client, face: ResultFace):
   const stage = h("div", { class: "viewer-host" });
   host.replaceChildren(
     verdictOf(face, ends),
+    regionsOf(result) ?? "",
     card("Where they differ", { class: "card wide" }, stage),
     columns(face, ends),
     card("The meshes", { class: "card" }, meshesTable(result, names)),
@@ -51,14 +54,14 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
   const words = wordingOf(result, face.timeoutMs);
   const host = h("div", { class: "plot gauge" });
   const limit = result.gate?.max_distance ?? null;
-  const gauge = new Gauge(host, { ...result.distance, limit, units: unitsOf(result) });
+  const gauge = new Gauge(host, { ...ofRest(result).distance, limit, units: unitsOf(result) });
   ends.push(() => gauge.dispose());
   return h(
     "header",
     { class: `verdict ${words.tone}` },
     h("p", { class: "pair-names" }, h("b", {}, names.a), " against ", h("b", {}, names.b)),
     h("h1", { tabindex: "-1" }, iconOf(words.tone), words.heading),
-    words.tone === "measured" ? null : h("p", { class: "reading" }, ...readingOf(result)),
+    words.tone === "measured" ? null : h("p", { class: "reading" }, ...readingOf(ofRest(result))),
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
     ...pairNotes(result).map((note) => h("p", { class: "note" }, `Note: ${note}.`)),

@@ -1,6 +1,7 @@
 // The same measurement without the page: a command line, and a gate of `meshgauge check`.
 import type { Comparison, MeshFacts, Options } from "../api/types.js";
 import { toDigits, toDigitsAbove } from "./numbers.js";
+import { regionsAsked } from "./regions.js";
 import { unitOf } from "./verdict.js";
 
 export interface Names {
@@ -31,6 +32,7 @@ export function optionsOf(result: Comparison): Options {
     ...(usual ? {} : { tolerance: tolerance.asked }),
     ...(engine.strategy === "auto" ? {} : { strategy: engine.strategy }),
     ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
+    ...(result.regions ? { regions: regionsAsked(result) } : {}),
     ...areasAsked(result),
     ...(result.statistics ? { statistics: true } : {}),
     ...(result.meshes.a.topology === undefined ? {} : { topology: true }),
@@ -104,7 +106,12 @@ function limitLines(result: Comparison): string[] {
   }
   const { max_distance, max_share_beyond, uncertainty } = gate;
   const share = max_share_beyond && `{distance: ${length(max_share_beyond.distance)}, share: ${toDigits(100 * max_share_beyond.share, 12)} %}`;
-  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : []), ...(uncertainty ? [`    uncertainty: ${length(uncertainty)}`] : [])];
+  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : []), ...(uncertainty ? [`    uncertainty: ${length(uncertainty)}`] : []), ...regionLines(result, length)];
+}
+
+function regionLines(result: Comparison, length: (number: number) => string): string[] {
+  const regions = regionsAsked(result).map(({ max_distance, ...region }) => JSON.stringify({ ...region, ...(max_distance === undefined ? {} : { max_distance: length(max_distance) }) }));
+  return regions.length ? ["    regions:", ...regions.map((region) => `      - ${region}`)] : [];
 }
 
 function unitsLine(result: Comparison): string[] {

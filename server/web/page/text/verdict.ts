@@ -1,6 +1,7 @@
 // The meaning of a result in sentences, in the words of `meshgauge check`.
 import type { Comparison, Direction, Directed, Side, Status, Vec3, Verdict } from "../api/types.js";
 import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
+import { ofRest, regionsSentence } from "./regions.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
 
@@ -77,10 +78,12 @@ export function pairNotes({ notes }: { notes?: string[] }): string[] {
 export function wordingOf(result: Comparison, timeoutMs: number | null = null): Wording {
   const { verdict } = result;
   if (verdict === null) return withoutGate(result, timeoutMs);
-  const area = areaSentence(result);
-  if (verdict !== distanceVerdict(result)) return { tone: verdict, heading: headings[verdict], reason: area, proof: areaProofs[verdict] };
-  const words = verdict === "pass" ? forPass(result) : verdict === "fail" ? forFail(result) : forUndecided(result, timeoutMs);
-  return area === "" ? words : { ...words, reason: `${words.reason} ${area}` };
+  const others = [regionsSentence(result, unitsOf(result)), areaSentence(result)].filter((one) => one !== "").join(" ");
+  const rest = ofRest(result);
+  if (verdict !== distanceVerdict(rest)) return { tone: verdict, heading: headings[verdict], reason: others, proof: result.regions ? "" : areaProofs[verdict] };
+  const words = verdict === "pass" ? forPass(rest) : verdict === "fail" ? forFail(rest) : forUndecided(rest, timeoutMs);
+  const reason = result.regions ? `Outside of the regions: ${words.reason}` : words.reason;
+  return { ...words, reason: others === "" ? reason : `${reason} ${others}` };
 }
 
 const headings: Record<Verdict, string> = { pass: "Pass", fail: "Fail", undecided: "Undecided" };
