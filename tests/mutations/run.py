@@ -255,7 +255,9 @@ def main():
             finally:
                 free.put(tree)
 
-        for (what, *_), verdict in zip(chosen, pool.map(judge, chosen)):
+        judged = {pool.submit(judge, mutation): mutation[0] for mutation in chosen}
+        for done in concurrent.futures.as_completed(judged):
+            what, verdict = judged[done], done.result()
             failures += verdict[0].isupper()
             print("| %s | %s |" % (what, " | ".join(verdict)) if args.markdown else "%-20s %s" % (verdict[0], what), flush=True)
     sys.exit(1 if failures else 0)
