@@ -146,6 +146,9 @@ void write_requests(Seeds& seeds) {
               R"({"direction": "b_to_a", "tolerance": {"absolute": 0.25, "diagonal": 0.5, "relative": 1e-3},)"
               R"( "gate": {"max_distance": 2, "units": "mm"}, "strategy": "n_point", "points": 31, "timeout_ms": 90,)"
               R"( "threads": 7, "budget": {"work_items": 1000, "memory_bytes": 2097152}})");
+  seeds.write("options", "regions",
+              R"({"gate": {"max_distance": 2}, "regions": [{"name": "a", "box": {"min": [0, -1, 0], "max": [1, 1, 1]},)"
+              R"( "max_distance": 1}, {"name": "b", "sphere": {"centre": [0, 0, 0], "radius": 5}}]})");
   seeds.write("options", "wrong", R"({"threads": 1, "threads": [{"\u0000": -0.0e+1}], "strategy": null})");
 }
 
