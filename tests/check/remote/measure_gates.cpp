@@ -42,6 +42,7 @@ check::Gate gate_of(const Json& json) {
   auto request = api::parse_options(json["options"].dump());
   if (!request) throw std::runtime_error(request.error().message);
   gate.options = request->options;
+  for (const Region& region : request->options.regions) gate.regions.push_back({region, {region.max_distance, {}, {}}});
   gate.threads_given = request->threads_given;
   return gate;
 }

@@ -48,6 +48,10 @@ FILES = {
     "image.obj": b"\x89PNG\r\n\x1a\n" + bytes(100),
 }
 
+REGIONS = {"gate": {"max_distance": 3}, "regions": [
+    {"name": "left", "box": {"min": [-9, -9, -9], "max": [0.3, 9, 9]}, "max_distance": 1},
+    {"name": "ball", "sphere": {"centre": [1, 0.5, 1], "radius": 1.2}}]}
+
 
 class Same(ServerCase):
     @classmethod
@@ -106,12 +110,13 @@ class Same(ServerCase):
             self.gate("strange name", "caf\u00e9 \"x\".obj", "raised.obj"),
             self.gate("zero", "square.obj", "square.obj", max_distance=0),
             self.gate("area", "raised.obj", "square.obj", max_distance=0.5, share=0.9, units="mm"),
+            self.gate("regions", "raised.obj", "square.obj", max_distance=3, options=REGIONS),
             self.gate("area kept", "waves.obj", "waves2.obj", max_distance=0.01, share=1),
         ])
         self.assertEqual({name: outcome["verdict"] for name, outcome in there.items()},
                          {"pass": "pass", "fail": "fail", "waves": "fail", "one way": "fail", "the other": "pass",
                           "points": "pass", "tolerance": "pass", "other name": "fail", "several files": "pass", "strange name": "fail",
-                          "zero": "pass", "area": "fail", "area kept": "pass"})
+                          "zero": "pass", "area": "fail", "regions": "fail", "area kept": "pass"})
         self.assertEqual(there["area"]["document"]["gate"],
                          {"max_distance": None, "max_share_beyond": {"distance": 0.5, "share": 0.9}, "units": "mm"})
         self.assertEqual(there["fail"]["document"]["gate"], {"max_distance": 0.5, "units": "mm"})
