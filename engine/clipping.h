@@ -38,7 +38,7 @@
 namespace meshgauge {
 
 // Pieces made of cut triangles, of one part: the others that a sphere's surface passes through are doubtful.
-inline constexpr std::size_t kMostPieces = std::size_t{1} << 19;
+inline constexpr std::size_t kMostPieces = std::size_t{1} << 20;
 
 struct PartMesh {
   Mesh mesh;                            // no triangle: empty

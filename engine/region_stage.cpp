@@ -6,7 +6,7 @@
 #include <iterator>
 #include <optional>
 #include <span>
-#include <utility>
+#include <variant>
 
 #include "engine/clipping.h"
 #include "engine/conclusion.h"
@@ -19,6 +19,7 @@ namespace {
 // What cutting at a sphere may add to either end of an interval, of the width asked for.
 constexpr double kResolution = 0.125;
 constexpr double kCoarse = 0x1p-10;            // of a limit, as long as the gate is decided with it
+constexpr double kOfSphere = 0x1p-6;           // of its radius
 constexpr double kLeastResolution = 0x1p-33;   // of the diagonal of both meshes: bounds the number of pieces
 constexpr double kCoarsestPosition = 0x1p-46;  // of the largest coordinate: pieces are wider than their rounding
 constexpr double kLeastLength = 0x1p-1050;
@@ -84,8 +85,7 @@ class RegionStage {
     Box both = pair.a.prepared.box();
     both.extend(pair.b.prepared.box());
     const double largest = std::max(both.low.cwiseAbs().maxCoeff(), both.high.cwiseAbs().maxCoeff());
-    resolution_ = std::max({kResolution * part_options_.tolerance.absolute.value_or(0),
-                            kLeastResolution * diagonal(both), kCoarsestPosition * largest, kLeastLength});
+    least_resolution_ = std::max({kLeastResolution * diagonal(both), kCoarsestPosition * largest, kLeastLength});
     for (const MeasuredDirection& direction : pair_.directions) {
       farthest_ = std::max(farthest_, direction.result.bounds.upper);
       direction.result.bounds.upper = 0;
@@ -107,13 +107,25 @@ class RegionStage {
   // Measures a part of both meshes, in each direction asked for. A gate is first tried with a coarse cut.
   RegionOutcome measure(std::span<const Region> regions, Keep keep, const std::optional<double>& own_limit) {
     const auto limit = part_options_.max_distance = own_limit ? own_limit : options_.max_distance;
-    const double fine = resolution_;
-    if (limit) resolution_ = std::max(fine, kCoarse * std::min(*limit, farthest_));
-    RegionOutcome found = measure(regions, keep);
-    if (std::exchange(resolution_, fine) > fine && !is_decided(found, *limit) &&
-        weight(found.stop) < weight(Stop::budget))
-      found = measure(regions, keep);
+    const double fine = kResolution * part_options_.tolerance.absolute.value_or(0);
+    const double coarse = limit ? std::max(fine, kCoarse * std::min(*limit, farthest_)) : fine;
+    RegionOutcome found = measure(regions, keep, resolution(regions, coarse));
+    if (!limit || is_decided(found, *limit)) return found;
+    if (coarse > fine && weight(found.stop) < weight(Stop::budget))
+      found = measure(regions, keep, resolution(regions, fine));
+    // Each piece is decided, and they contradict each other: rounding alone says which belong to the part.
+    const bool is_open = !is_decided(found, *limit) && options_.uncertainty == 0;
+    if (is_open && found.stop == Stop::gate_decided) found.stop = Stop::precision_floor;
     return found;
+  }
+
+  // As wished, but far smaller than a sphere, and not below what bounds the number of pieces.
+  double resolution(std::span<const Region> regions, double wished) const {
+    for (const Region& region : regions) {
+      if (const auto* sphere = std::get_if<Sphere>(&region.shape))
+        wished = std::min(wished, kOfSphere * sphere->radius);
+    }
+    return std::max(wished, least_resolution_);
   }
 
   bool is_decided(const RegionOutcome& found, double limit) const {
@@ -121,11 +133,11 @@ class RegionStage {
            found.lower > plus_uncertainty(limit, options_.uncertainty);
   }
 
-  RegionOutcome measure(std::span<const Region> regions, Keep keep) {
+  RegionOutcome measure(std::span<const Region> regions, Keep keep, double resolution) {
     RegionOutcome found;
     for (MeasuredDirection& direction : pair_.directions) {
       auto& bounds = &direction.from == &pair_.a ? found.a_to_b : found.b_to_a;
-      bounds = measure(direction, regions, keep, found);
+      bounds = measure(direction, cut(direction.from.prepared, regions, keep, resolution), found);
       found.lower = std::max(found.lower, bounds->lower);
       found.upper = std::max(found.upper, bounds->upper);
     }
@@ -146,9 +158,8 @@ class RegionStage {
     outcome_.regions.push_back(found);
   }
 
-  Bounds measure(MeasuredDirection& direction, std::span<const Region> regions, Keep keep, RegionOutcome& found) {
+  Bounds measure(MeasuredDirection& direction, const std::optional<Part>& part, RegionOutcome& found) {
     const Prepared &from = direction.from.prepared, &to = direction.to.prepared;
-    const auto part = cut(from, regions, keep);
     if (!part) {
       found.empty = false;
       found.stop = worse(found.stop, to_stop(control_.check()));
@@ -161,9 +172,9 @@ class RegionStage {
     return bounds;
   }
 
-  std::optional<Part> cut(const Prepared& from, std::span<const Region> regions, Keep keep) {
+  std::optional<Part> cut(const Prepared& from, std::span<const Region> regions, Keep keep, double resolution) {
     const StageClock clock(outcome_.timings.build);
-    return part_of(from.mesh(), from.error(), regions, keep, resolution_,
+    return part_of(from.mesh(), from.error(), regions, keep, resolution,
                    [this] { return control_.check() != Interruption::none; });
   }
 
@@ -193,7 +204,7 @@ class RegionStage {
   Control& control_;
   Outcome& outcome_;
   Options part_options_;
-  double resolution_ = 0;
+  double least_resolution_ = 0;
   double farthest_ = 0;  // of the whole before any work
 };
 
