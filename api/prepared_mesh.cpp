@@ -26,7 +26,7 @@ MeshFacts facts_of(const LoadedMesh& loaded, std::size_t file_bytes, const Inter
 PreparedMesh::PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use, const Interrupted& interrupted)
     : facts(facts_of(loaded, file_bytes, interrupted)), mesh(loaded.mesh, use, std::move(loaded.arrays), facts.bbox) {}
 
-PreparedMesh::Image::Image(const Prepared& of, const Factor& its_factor, Scaled scaled)
+PreparedMesh::Image::Image(const Prepared& of, const Factor& its_factor, RoundedImage scaled)
     : factor(its_factor),
       positions(std::move(scaled.positions)),
       mesh({positions, of.mesh().triangles}, of.use(), nullptr, std::nullopt, scaled.error) {}

@@ -59,7 +59,7 @@ class PreparedMesh {
     const std::vector<Vec3> positions;
     const Prepared mesh;
 
-    Image(const Prepared& of, const Factor& its_factor, Scaled scaled);
+    Image(const Prepared& of, const Factor& its_factor, RoundedImage scaled);
   };
   std::shared_ptr<const Image> image(const Factor& factor) const;  // nullptr: not cached for this factor
 

@@ -143,6 +143,17 @@
 //      products and 2u N_a N_b from its sum: kRaySlack = 32u. The volume is the sum of three edge functions times
 //      heights; each product errs by 16u, u and 2u times N_a N_b N_c from its factors and itself, and both sums by 12u:
 //      less than 4 * kRaySlack. Underflow: kRayOffset = 2^-1000.
+//
+// (R17) Rigid motion (engine/rigid.h). Lengths are in the meshes' unit. A coordinate is r.x + t for the stored numbers.
+//      The three products and the three sums leave six errors, each known exactly, by fused multiplication and by
+//      Knuth's sum: r.x + t = z + (their sum). Their sum c is computed with five roundings of partial sums, so it errs
+//      by at most 6u times the sum S of the absolute values, which itself is computed with a relative error below 6u;
+//      and z + c = z' + d with d known exactly. So z' errs by at most |d| + 8u S: kMotionSlack = 8u. Where an entry of
+//      r is neither 0 nor 1 in magnitude, a product's error may underflow: 2^-1075 for each. Coordinates and t are at
+//      most 2^1020: nothing overflows. As a vector sqrt(3) times the largest of a coordinate; 7/4 of it holds the
+//      roundings. A point of a triangle moves no farther than its corners do (R8). If the mesh is within e of the
+//      surface that it stands for (R8), the exact images of both are within |r| e, and |r|^2 is the largest eigenvalue
+//      of r^T r, below 1 + 3 * 2^-48.
 #pragma once
 
 #include <algorithm>
@@ -187,6 +198,7 @@ inline constexpr int kSmallestVolumeExponent = -1000;  // R14
 
 inline constexpr double kRaySlack = 32 * kUnit;  // R16, times the sizes of the corners
 inline constexpr double kRayOffset = 0x1p-1000;  // R16
+inline constexpr double kMotionSlack = 8 * kUnit;  // R17
 
 // Pieces shorter than this are not split: rounding is larger than they are.
 inline constexpr double kSmallestPiece = 0x1p-50;
@@ -231,6 +243,12 @@ inline double height_error(double off, double size) { return off * (1 + 16 * kUn
 // What a coordinate between a and b on an edge may be off: R15.
 inline double crossing_error(double a, double b) {
   return 16 * kUnit * std::abs(b - a) + 2 * kUnit * std::max(std::abs(a), std::abs(b)) + 0x1p-1070;
+}
+
+// The error of R17 for a mesh within `before` of its surface, `largest` that of a coordinate.
+inline double motion_error(double largest, bool products_are_exact, double before) {
+  const double of_rounding = 1.75 * largest + (products_are_exact ? 0 : 0x1p-1072);
+  return before == 0 && of_rounding == 0 ? 0 : (of_rounding + before) * (1 + 0x1p-40) + 0x1p-1072;
 }
 
 // Return x * 2^exponent, rounded towards +infinity or towards zero. Precondition: x >= 0; x and the result are finite.

@@ -11,8 +11,8 @@ constexpr std::size_t kBetweenLooks = std::size_t{1} << 17;
 
 }  // namespace
 
-std::optional<Scaled> scaled(MeshView mesh, const Factor& factor, const Interrupted& interrupted) {
-  Scaled result;
+std::optional<RoundedImage> scaled(MeshView mesh, const Factor& factor, const Interrupted& interrupted) {
+  RoundedImage result;
   result.positions.resize(mesh.positions.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     if (i % kBetweenLooks == 0 && interrupted()) return std::nullopt;

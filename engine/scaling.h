@@ -21,16 +21,18 @@ struct Factor {
   bool operator==(const Factor&) const = default;
 };
 
-struct Scaled {
+// The positions of a mesh after a map, rounded.
+struct RoundedImage {
   std::vector<Vec3> positions;
-  // The largest distance of a position from its exact image, in the new unit. It holds for every point of the surface,
-  // too (engine/rounding.h R8).
+  // The largest distance of a position from its exact image, in the image's unit. It holds for every point of the
+  // surface, too (engine/rounding.h R8, R17).
   double error = 0;
 };
 
 // Returns the scaled positions. nullopt: interrupted, or a coordinate that a triangle uses is beyond kMaxCoordinate in
 // the new unit. The position and the error of a vertex that no triangle uses are not specified. Precondition: the mesh
 // passes validate(). Linear time.
-std::optional<Scaled> scaled(MeshView mesh, const Factor& factor, const Interrupted& interrupted = never_interrupted);
+std::optional<RoundedImage> scaled(MeshView mesh, const Factor& factor,
+                                   const Interrupted& interrupted = never_interrupted);
 
 }  // namespace meshgauge

@@ -20,7 +20,7 @@ constexpr Factor kFactors[] = {{1, 1},      {1000, 1},   {1, 1000},   {10, 1},  
 
 // A mesh in another unit, and its exact surface there times `over` of both factors, which avoids quotients.
 struct Converted {
-  Converted(const Mesh& mesh, const Factor& factor, Scaled image, double other_over)
+  Converted(const Mesh& mesh, const Factor& factor, RoundedImage image, double other_over)
       : positions(std::move(image.positions)),
         prepared({positions, mesh.triangles}, Prepared::Use::once, nullptr, std::nullopt, image.error),
         surface(oracle::times(oracle::times(oracle::surface_of(mesh), factor.times), other_over)) {}
