@@ -75,20 +75,33 @@ Result<Outcome> not_empty(Outcome outcome, const Prepared& a, const Prepared& b,
   return outcome;
 }
 
-// Measures in the unit of the result. Two equal meshes are at distance 0 in any unit: the rounding of their conversion
-// does not count.
-Result<Outcome> measure_in_unit(const NamedMesh& a, const NamedMesh& b, const UnitPlan& plan,
-                                const ComparisonOptions& options, Control& control) {
+// Measures in the unit of the result, mesh a after its alignment. Two equal meshes are at distance 0 in any unit: the
+// rounding of their conversion does not count.
+Result<Outcome> measure_in_unit(const NamedMesh& a, const NamedMesh& b, Comparison& comparison, Control& control) {
+  const UnitPlan& plan = comparison.units;
+  const ComparisonOptions& options = comparison.options;
   const Factor factor_a = factor_between(plan.a, plan.result), factor_b = factor_between(plan.b, plan.result);
   const auto measured_a = in_unit(a.mesh, std::string(a.name), factor_a, control);
   if (!measured_a) return measured_a.error();
-  if (!factor_a.is_one() && factor_a == factor_b && is_same(a.mesh->mesh.mesh(), b.mesh->mesh.mesh())) {
+  if (!options.align && !factor_a.is_one() && factor_a == factor_b &&
+      is_same(a.mesh->mesh.mesh(), b.mesh->mesh.mesh())) {
     const Prepared exact((*measured_a)->mesh(), Prepared::Use::once, *measured_a);
     return not_empty(measure(exact, exact, engine_options(options), control), exact, exact, {a.name, b.name}, options);
   }
   const auto measured_b = in_unit(b.mesh, std::string(b.name), factor_b, control);
   if (!measured_b) return measured_b.error();
-  return not_empty(measure(**measured_a, **measured_b, engine_options(options), control), **measured_a, **measured_b,
+  if (!options.align)
+    return not_empty(measure(**measured_a, **measured_b, engine_options(options), control), **measured_a, **measured_b,
+                     {a.name, b.name}, options);
+  const auto start = Control::Clock::now();
+  const std::string part(a.name);
+  const auto alignment = aligned(**measured_a, **measured_b, *options.align, options, part, control);
+  if (!alignment) return alignment.error();
+  comparison.alignment = *alignment;
+  const auto in_place = moved(*measured_a, alignment->found.motion, part, control);
+  if (!in_place) return in_place.error();
+  comparison.times.align = ms_since(start);
+  return not_empty(measure(**in_place, **measured_b, engine_options(options), control), **in_place, **measured_b,
                    {a.name, b.name}, options);
 }
 
@@ -116,7 +129,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
     comparison.a.topology = topology_in(plan->result, *a.mesh, plan->a, control);
     comparison.b.topology = topology_in(plan->result, *b.mesh, plan->b, control);
   }
-  auto outcome = measure_in_unit(a, b, *plan, options, control);
+  auto outcome = measure_in_unit(a, b, comparison, control);
   if (!outcome) return outcome.error();
   comparison.outcome = std::move(*outcome);
   comparison.times.total = so_far.queue + so_far.read_a + so_far.read_b + ms_since(start);

@@ -1,13 +1,15 @@
 // The whole path of one comparison, without sockets or threads, from the bytes of two files to the outcome. HTTP and
 // the command line both call it, so that they give the same JSON.
 //
-//   load x2 (api/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/unit_plan.h) -> measure -> Comparison
+//   load x2 (api/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/unit_plan.h) -> align, move
+//   (api/align.h) -> measure -> Comparison
 //   (-> to_json, api/response.h)
 #pragma once
 
 #include <string>
 #include <string_view>
 
+#include "api/align.h"
 #include "api/comparison_options.h"
 #include "api/formats/format.h"
 #include "api/load.h"
@@ -22,13 +24,15 @@ struct StageTimes {  // milliseconds of wall time; the engine's own stages are i
   double read_a = 0;
   double read_b = 0;
   double total = 0;
+  double align = 0;  // only with ComparisonOptions::align
 };
 
 struct Comparison {
-  std::string id;             // random, 32 hex digits (random_id())
-  ComparisonOptions options;  // as applied
-  Outcome outcome;            // lengths and points in the unit of the result
-  MeshFacts a;                // lengths in the file's unit
+  std::string id;                    // random, 32 hex digits (random_id())
+  ComparisonOptions options;         // as applied
+  Outcome outcome;                   // lengths and points in the unit of the result
+  std::optional<Aligned> alignment;  // nullopt: not asked for
+  MeshFacts a;                       // lengths in the file's unit
   MeshFacts b;
   UnitPlan units;
   StageTimes times;
@@ -37,7 +41,7 @@ struct Comparison {
 // Compares two prepared meshes. `so_far`: stage times before this call; they count into the total. `control` carries
 // the deadline and the cancellation of the whole job. Running out of time while measuring is an Outcome
 // (Stop::timeout). Errors: empty_mesh when a direction would measure to a point cloud; contradicting units; out_of_time
-// while a mesh is converted to the result's unit; internal when out of memory. Thread safe.
+// while a mesh is converted to the result's unit or aligned; internal when out of memory. Thread safe.
 Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const ComparisonOptions& options, Control& control,
                            const StageTimes& so_far = {});
 

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "api/unit_plan.h"
+#include "engine/align.h"
 #include "engine/options.h"
 
 namespace meshgauge::api {
@@ -25,6 +26,7 @@ struct ComparisonOptions : Options {
   ComparisonOptions(const Options& engine, const AskedUnits& asked = {}) : Options(engine), units(asked) {}
 
   AskedUnits units;
+  std::optional<AlignOptions> align;           // moves mesh a first, in the unit of the result; nullopt: as it is
   bool topology = false;                       // also examine both meshes (engine/topology.h)
   std::optional<ShareLimit> max_share_beyond;  // of the gate
 };

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "api/prepared_mesh.h"
 #include "api/unit_plan.h"
+#include "engine/rigid.h"
 
 namespace meshgauge::api {
 
@@ -13,9 +15,10 @@ struct MeasuredPair {
   std::shared_ptr<const Prepared> b;
 };
 
-// Converts both meshes to the unit of the result. Errors: as for in_unit().
+// Converts both meshes to the unit of the result and moves `a` by the motion of its alignment; nullopt: none. Errors:
+// as for in_unit() and moved().
 Result<MeasuredPair> in_unit_of_result(const std::shared_ptr<const PreparedMesh>& a,
                                        const std::shared_ptr<const PreparedMesh>& b, const UnitPlan& units,
-                                       Control& control);
+                                       const std::optional<RigidMotion>& motion, Control& control);
 
 }  // namespace meshgauge::api

@@ -96,11 +96,32 @@ void add_open(std::vector<std::string>& notes, const std::string& mesh, const Kn
                   " is less than ten times that: the verdict may depend on how such a face is split");
 }
 
+void add_alignment(std::vector<std::string>& notes, const Comparison& comparison) {
+  if (!comparison.alignment) return;
+  const auto& [found, moved] = *comparison.alignment;
+  const bool fitted = comparison.options.align->fit;
+  const auto brief = [](double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", x);
+    return std::string(text);
+  };
+  const auto length = [&](double x) { return with_unit(brief(x), comparison.units.result.unit); };
+  notes.push_back("mesh a was moved before it was measured, " +
+                  std::string(fitted ? "by best fit" : "by the transform given") + ": turned by " + brief(moved.angle) +
+                  " degrees, its centre shifted by " + length(moved.shift) + ", no point farther than " +
+                  length(moved.largest) + "; RMS distance " + length(found.before) + " before, " +
+                  length(found.residual) + " after");
+  if (!found.converged)
+    notes.push_back("the best fit ended after " + std::to_string(found.steps) +
+                    " steps without converging: give a nearer pose as transform, or another overlap");
+}
+
 }  // namespace
 
 std::vector<std::string> notes_of(const Comparison& comparison) {
   std::vector<std::string> notes;
   const UnitPlan& units = comparison.units;
+  add_alignment(notes, comparison);
   add_units(notes, "mesh a", units.a, comparison.a, units.result);
   add_units(notes, "mesh b", units.b, comparison.b, units.result);
   if (units.a.unit.has_value() != units.b.unit.has_value()) {

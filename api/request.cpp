@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/align.h"
 #include "api/gate.h"
 #include "api/json_filter.h"
 #include "api/names.h"
@@ -286,6 +287,12 @@ Result<Done> read_option_regions(const JsonValue& value, const std::string& poin
   return Done{};
 }
 
+Result<Done> read_align(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  const auto asked = api::read_align(value, pointer);
+  if (!asked) return asked.error();
+  return reading.request.options.align = *asked, Done{};
+}
+
 Result<Done> read_direction(const JsonValue& value, const std::string& pointer, Reading& reading) {
   return read_name(kDirections, value, pointer, reading.request.options.direction);
 }
@@ -317,11 +324,11 @@ Result<Done> read_threads(const JsonValue& value, const std::string& pointer, Re
 }
 
 constexpr Field kOptions[] = {
-    {"direction", read_direction},   {"tolerance", read_tolerance}, {"gate", read_gate},
-    {"strategy", read_strategy},     {"points", read_points},       {"timeout_ms", read_timeout},
-    {"threads", read_threads},       {"budget", read_budget},       {"areas", read_areas},
-    {"statistics", read_statistics}, {"topology", read_topology},   {"units", read_units},
-    {"regions", read_option_regions}};
+    {"direction", read_direction},    {"tolerance", read_tolerance}, {"gate", read_gate},
+    {"strategy", read_strategy},      {"points", read_points},       {"timeout_ms", read_timeout},
+    {"threads", read_threads},        {"budget", read_budget},       {"areas", read_areas},
+    {"statistics", read_statistics},  {"topology", read_topology},   {"units", read_units},
+    {"regions", read_option_regions}, {"align", read_align}};
 
 }  // namespace
 

@@ -101,9 +101,11 @@ Json json_of(const std::optional<Statistics>& statistics) {
 std::vector<Stage> stages(const Comparison& comparison) {
   const StageTimes& times = comparison.times;
   const Timings& engine = comparison.outcome.timings;
-  std::vector<Stage> all{{"queue", times.queue},     {"read_a", times.read_a},      {"read_b", times.read_b},
-                         {"build", engine.build},    {"traverse", engine.traverse}, {"reduce", engine.reduce},
-                         {"certify", engine.certify}};
+  std::vector<Stage> all{{"queue", times.queue}, {"read_a", times.read_a}, {"read_b", times.read_b}};
+  if (comparison.alignment) all.push_back({"align", times.align});
+  all.insert(
+      all.end(),
+      {{"build", engine.build}, {"traverse", engine.traverse}, {"reduce", engine.reduce}, {"certify", engine.certify}});
   if (comparison.outcome.areas) all.push_back({"areas", engine.areas});
   if (comparison.outcome.statistics) all.push_back({"statistics", engine.statistics});
   all.push_back({"total", times.total});
@@ -133,6 +135,7 @@ std::string to_json(const Comparison& comparison) {
     json["meshes"]["a"]["topology"] = json_of(comparison.a.topology);
     json["meshes"]["b"]["topology"] = json_of(comparison.b.topology);
   }
+  if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *comparison.options.align);
   if (const auto share = share_beyond(outcome, comparison.options))
     json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
   if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);

@@ -16,10 +16,10 @@ struct Stage {
   double ms;
 };
 
-inline constexpr const char* kStageNames[] = {"queue",  "read_a",  "read_b", "build",      "traverse",
+inline constexpr const char* kStageNames[] = {"queue",  "read_a",  "read_b", "align",      "build", "traverse",
                                               "reduce", "certify", "areas",  "statistics", "total"};
 
-// Returns the stages in the order of kStageNames; "areas" and "statistics" only if they were requested.
+// Returns the stages in the order of kStageNames; "align", "areas" and "statistics" only if they were requested.
 std::vector<Stage> stages(const Comparison& comparison);
 
 // Returns the stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".

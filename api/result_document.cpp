@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/align.h"
+
 namespace meshgauge::api {
 namespace {
 
@@ -88,6 +90,9 @@ KnownUnit known_unit(const Json& document, const char* pointer) {
 Result<ResultFacts> result_facts(const Json& document, Side candidate) try {
   ResultFacts facts = facts_of(document, candidate);
   if (!is_interval(facts.lower, facts.upper)) return no_comparison("its distance is not an interval");
+  const auto motion = motion_of(document);
+  if (!motion) return motion.error();
+  facts.motion = *motion;
   return facts;
 } catch (const Json::exception& error) {
   return no_comparison(error.what());

@@ -10,6 +10,7 @@
 #include "api/unit_plan.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
+#include "engine/rigid.h"
 
 namespace meshgauge::api {
 
@@ -38,6 +39,7 @@ struct ResultFacts {
   std::optional<ResultWitness> witness;      // for the direction that attains `lower`
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
   UnitPlan units;                            // of both files; `result` is the unit of every length here
+  std::optional<RigidMotion> motion;         // of mesh a before it was measured, in that unit; nullopt: none
   bool has_units = false;                    // false: written before version 0.2.0, without units
 };
 

@@ -155,7 +155,8 @@ std::string_view to_string(Level level) {
 }
 
 api::ResultFacts facts_of(const Measured& measured) {
-  return {measured.limit, measured.lower, measured.upper, measured.witness, measured.direction, measured.units};
+  return {measured.limit,     measured.lower, measured.upper, measured.witness,
+          measured.direction, measured.units, measured.motion};
 }
 
 std::vector<Criterion> criteria_of(const Measured& measured) {
@@ -215,6 +216,7 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
   measured.lower = facts->lower;
   measured.upper = facts->upper;
   measured.units = facts->units;
+  measured.motion = facts->motion;
   measured.notes = notes_of(document);
   measured.status = status->get<std::string>();
   measured.verdict = worst(criteria_of(measured));

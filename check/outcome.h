@@ -72,6 +72,7 @@ struct Measured {
   double lower = 0;
   double upper = 0;
   api::UnitPlan units;                   // units of the meshes as read, and of every length here
+  std::optional<RigidMotion> motion;     // of the candidate before it was measured; nullopt: none
   std::vector<std::string> notes;        // one sentence each: what was converted, what looks like a wrong unit
   std::string status;                    // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;  // of all limits

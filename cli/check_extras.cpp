@@ -92,7 +92,8 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
   const auto baseline = meshes_->get(outcome.gate.baseline, control);
   if (!baseline) return baseline.error();
   const check::DeviationFile file{maps_.file_of(place), check::Refine::by_format, threads_};
-  const auto pair = api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, control);
+  const auto pair =
+      api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return pair.error();
   return check::write_deviation(file, *pair->a, *pair->b, facts_of(*outcome.measured), control);
 } catch (const std::bad_alloc&) {

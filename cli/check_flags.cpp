@@ -89,6 +89,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (auto ok = set_limits(flags, gate); !ok) return ok.error();
   if (auto ok = set_names(flags, gate.options); !ok) return ok.error();
   if (auto ok = set_units(flags.units, gate.options.units); !ok) return ok.error();
+  if (auto ok = set_align(flags.align, gate.options.align); !ok) return ok.error();
   gate.cloud = flags.cloud;
   return gate;
 }
@@ -104,6 +105,7 @@ Result<Done> fit_manifest(const CheckFlags& flags) {
                                                 {"--unit-b", flags.units.b.has_value()},
                                                 {"--direction", flags.direction.has_value()},
                                                 {"--cloud", flags.cloud},
+                                                {"--align", flags.align.has_value()},
                                                 {"--strategy", flags.strategy.has_value()}};
   for (const auto& [name, is_given] : given) {
     if (is_given) return bad_flag(name, "is for two mesh files: write it into the manifest '" + flags.files[0] + "'");
@@ -181,6 +183,7 @@ void declare_measuring(CLI::App& command, CheckFlags& flags) {
   declare(command, flags.units, "CANDIDATE", "BASELINE");
   command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
   command.add_flag("--cloud", flags.cloud, "CANDIDATE may be a point cloud; an XYZ always may");
+  command.add_option("--align", flags.align, kAlignHelp);
   command.add_option("--timeout", flags.timeout, "Of each gate: '60 s', '500 ms', or a number of seconds");
   command.add_option("--strategy", flags.strategy, api::list_of(api::kStrategies));
   command.add_option("--threads", flags.threads, "Of each gate; without it the gates share the processors");

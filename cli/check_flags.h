@@ -19,7 +19,7 @@ namespace meshgauge::cli {
 
 struct CheckFlags {
   std::vector<std::string> files;  // candidate and baseline, or a manifest
-  std::optional<std::string> max_distance, max_share_beyond, uncertainty, regions, direction, timeout, strategy;
+  std::optional<std::string> max_distance, max_share_beyond, uncertainty, regions, direction, timeout, strategy, align;
   UnitFlags units;
   std::optional<double> threads;
   bool statistics = false;

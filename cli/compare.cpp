@@ -42,7 +42,7 @@ struct Flags {
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
-  std::optional<std::string> max_distance, max_share_beyond, uncertainty, regions;
+  std::optional<std::string> max_distance, max_share_beyond, uncertainty, regions, align;
   std::vector<double> beyond, quantiles;
   std::optional<double> share_tolerance, length_tolerance;
   bool mean = false;
@@ -193,6 +193,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_areas(flags, options); !ok) return ok.error();
   if (auto ok = set_statistics(flags, options); !ok) return ok.error();
   if (auto ok = set_machine(flags, options); !ok) return ok.error();
+  if (auto ok = set_align(flags.align, options.align); !ok) return ok.error();
   options.topology = flags.topology;
   auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
   if (!timeout) return timeout.error();
@@ -219,7 +220,7 @@ Result<Done> write_map(const std::string& file, const api::SharedMeshes& meshes,
   if (!facts) return facts.error();
   Control control(Control::Clock::now() + time);
   const Interrupts interrupts(&control);
-  const auto pair = api::in_unit_of_result(meshes.a, meshes.b, facts->units, control);
+  const auto pair = api::in_unit_of_result(meshes.a, meshes.b, facts->units, facts->motion, control);
   if (!pair) return pair.error();
   const check::DeviationFile map{file, check::Refine::by_format, comparison.options.threads};
   return check::write_deviation(map, *pair->a, *pair->b, *facts, control);
@@ -286,6 +287,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--regions", flags->regions, kRegionsHelp);
   command.add_flag("--fast", flags->fast, "End as soon as the gate is decided, without narrowing the interval");
   declare(command, flags->units, "A", "B");
+  command.add_option("--align", flags->align, kAlignHelp);
   command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();
   command.add_option("--points", flags->points, "Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585");
   command.add_option("--timeout-ms", flags->timeout_ms, "Stop after this time, with the interval reached")

@@ -1,9 +1,10 @@
-// Flags with a text that is parsed.
+// Flags with a text that is parsed, for compare and check.
 #pragma once
 
 #include <optional>
 #include <string>
 
+#include "api/align.h"
 #include "api/refused.h"
 #include "engine/result.h"
 
@@ -21,6 +22,16 @@ Result<Done> read_flag(const char* flag, const std::optional<std::string>& text,
   const auto parsed = parse(*text);
   if (!parsed) return bad_flag(flag, parsed.error().message);
   return to = *parsed, Done{};
+}
+
+inline constexpr const char* kAlignHelp =
+    "Move A first: 'rigid' by best fit, or as '{\"transform\": {\"row_major\": [16 numbers]}}'; docs/alignment.md";
+
+inline Result<Done> set_align(const std::optional<std::string>& text, std::optional<AlignOptions>& to) {
+  if (!text) return Done{};
+  const auto asked = api::parse_align(*text, "--align");
+  if (!asked) return asked.error();
+  return to = *asked, Done{};
 }
 
 }  // namespace meshgauge::cli

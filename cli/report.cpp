@@ -121,6 +121,7 @@ void add_times(std::string& out, const Comparison& comparison) {
   append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f",
          comparison.times.total, comparison.times.read_a, comparison.times.read_b, engine.build, engine.traverse,
          engine.reduce, engine.certify);
+  if (comparison.alignment) append(out, ", align %.1f", comparison.times.align);
   if (comparison.outcome.areas) append(out, ", areas %.1f", engine.areas);
   if (comparison.outcome.statistics) append(out, ", statistics %.1f", engine.statistics);
   out += "\n";

@@ -35,7 +35,7 @@ constexpr double kOnSurface = 0x1p-40;  // a sample as near as this lies on the 
 constexpr double kNoGain = 0x1p-44;     // of a step, in frame units: converged
 constexpr double kSmallGain = 1e-6;     // the same, as a share of the residual
 constexpr int kRounds = 4;
-constexpr double kMuchLess = 0.99;    // of a residual
+constexpr double kMuchLess = 0.995;   // of a residual
 constexpr double kTurnAround = 0.35;  // radians
 constexpr double kLeastDamping = 0x1p-24, kFirstDamping = 0x1p-3, kMostDamping = 0x1p10, kDampingFactor = 8;
 
@@ -243,7 +243,8 @@ std::vector<Pose> poses_of_axes(const std::vector<Vec3>& samples, const std::vec
   return poses;
 }
 
-// Searches from every start with few samples, then from the best with all.
+// Searches from every start with few samples, then from the first and the best with all. What is hardly better than the
+// pose of an earlier one is left: of many like poses, as those of a gear, that of the first start is the answer.
 std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts) {
   std::vector<Fitted> coarse;
   for (const Pose& start : starts) {
@@ -251,14 +252,14 @@ std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts)
     if (!found) return std::nullopt;
     coarse.push_back(*found);
   }
-  std::ranges::stable_sort(coarse, {}, &Fitted::residual);
-  coarse.resize(std::min(coarse.size(), kRefined));
+  std::ranges::stable_sort(coarse.begin() + 1, coarse.end(), {}, &Fitted::residual);
+  coarse.resize(std::min(coarse.size(), 1 + kRefined));
   std::optional<Fitted> best;
   for (const Fitted& one : coarse) {
     auto found = fitting.fit(one.pose, 1, kSteps);
     if (!found) return std::nullopt;
     found->steps += one.steps;
-    if (!best || found->residual < best->residual) best = found;
+    if (!best || found->residual < kMuchLess * best->residual) best = found;
   }
   return best;
 }
@@ -270,7 +271,7 @@ std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const R
     const auto found = best_of(fitting, starts);
     if (!found) return std::nullopt;
     const bool helps = !best || found->residual < kMuchLess * best->residual;
-    if (!best || found->residual < best->residual) best = found;
+    if (helps) best = found;
     if (!helps || best->residual < kOnSurface) break;
     starts = poses_around(best->pose, axes);
   }

@@ -196,8 +196,8 @@ inline constexpr double kVolumeOffset = 0x1p-1000;     // R14
 inline constexpr std::size_t kVolumeBlock = 4096;      // R14, triangles
 inline constexpr int kSmallestVolumeExponent = -1000;  // R14
 
-inline constexpr double kRaySlack = 32 * kUnit;  // R16, times the sizes of the corners
-inline constexpr double kRayOffset = 0x1p-1000;  // R16
+inline constexpr double kRaySlack = 32 * kUnit;    // R16, times the sizes of the corners
+inline constexpr double kRayOffset = 0x1p-1000;    // R16
 inline constexpr double kMotionSlack = 8 * kUnit;  // R17
 
 // Pieces shorter than this are not split: rounding is larger than they are.

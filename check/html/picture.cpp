@@ -187,7 +187,8 @@ GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& p
   if ((*candidate)->facts.notes.cloud || (*baseline)->facts.notes.cloud) {
     return without("a point cloud has no surface to draw");
   }
-  const auto pair = api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, control);
+  const auto pair =
+      api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return without(pair.error().message);
   return make_picture(*pair->a, *pair->b, outcome, pool, control);
 } catch (const std::bad_alloc&) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/align.h"
 #include "api/formats/text.h"
 #include "api/json_filter.h"
 #include "api/names.h"
@@ -164,6 +165,31 @@ void read_statistics(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   if (const auto asked = read_boolean(setting, mistakes)) draft.gate.statistics = *asked;
 }
 
+// As the API reads it.
+nlohmann::json as_json(const YamlNode& node) {
+  nlohmann::json json;
+  if (node.kind == Kind::map) {
+    json = nlohmann::json::object();
+    for (std::size_t i = 0; i < node.keys.size(); ++i) json[node.keys[i].text] = as_json(node.items[i]);
+  } else if (node.kind == Kind::list) {
+    json = nlohmann::json::array();
+    for (const YamlNode& item : node.items) json.push_back(as_json(item));
+  } else if (const auto number = number_of(node)) {
+    json = *number;
+  } else if (node.kind == Kind::word && (node.text == "true" || node.text == "false")) {
+    json = node.text == "true";
+  } else if (node.is_text()) {
+    json = node.text;
+  }
+  return json;
+}
+
+void read_align(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  const auto asked = api::read_align(as_json(setting.value), std::string(setting.key));
+  if (!asked) return mistakes.add(setting.value.place, asked.error().message);
+  draft.gate.options.align = *asked;
+}
+
 void read_cloud(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   if (const auto may_be = read_boolean(setting, mistakes)) draft.gate.cloud = *may_be;
 }
@@ -214,6 +240,7 @@ constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"regions", read_regions},
                                        {"direction", read_direction},
                                        {"cloud", read_cloud},
+                                       {"align", read_align},
                                        {"timeout", read_timeout},
                                        {"strategy", read_strategy},
                                        {"points", read_points},

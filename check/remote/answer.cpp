@@ -147,6 +147,7 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& 
   const api::ComparisonOptions asked = options_of(gate_asked, limits);
   if (text(comparison, "direction") != api::name_of(api::kDirections, asked.direction)) return false;
   if (!has_units_of(comparison, asked.units)) return false;
+  if (comparison.contains("alignment") != asked.align.has_value()) return false;  // never moved, or left, unasked
   const auto gate = comparison.find("gate");
   if (gate == comparison.end() || !gate->is_object()) return false;
   const auto same = [&](const char* member, const Json& wanted) {

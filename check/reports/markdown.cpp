@@ -251,6 +251,17 @@ std::size_t add_table(Page& page, const std::vector<Row>& rows) {
   return rows.size() - written;
 }
 
+// A candidate that was moved is named, also where its gate passes.
+void add_moved(Page& page, const std::vector<Row>& rows) {
+  const char* before = "\n";
+  for (const Row& row : rows) {
+    const auto notes = notes_of(*row.outcome);
+    if (notes.empty() || !row.outcome->measured->motion) continue;
+    if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + in_prose(notes.front()) + "\n")) return;
+    before = "";
+  }
+}
+
 }  // namespace
 
 std::string to_markdown(const Report& report, std::size_t max_bytes) {
@@ -269,6 +280,7 @@ std::string to_markdown(const Report& report, std::size_t max_bytes) {
   if (!passed.empty() &&
       page.add("\n<details><summary>" + counted(passed.size(), "gate", "gates") + " passed</summary>\n")) {
     left_out += add_table(page, passed);
+    add_moved(page, passed);
     page.close("\n</details>\n");
   } else {
     left_out += passed.size();

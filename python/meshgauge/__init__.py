@@ -30,7 +30,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None,
             max_share_beyond: Optional[Mapping[str, Any]] = None,
             uncertainty: Optional[_options.Length] = None,
-            regions: Optional[Iterable[Mapping[str, Any]]] = None) -> Result:
+            regions: Optional[Iterable[Mapping[str, Any]]] = None, align: Any = None) -> Result:
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF, XYZ; also gzip-compressed), the content of such a file as bytes, a
@@ -65,6 +65,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             "max": [10, 10, 25]}, "max_distance": "0.02 mm"}, or with "sphere": {"centre": [0, 0, 40], "radius": 5};
             coordinates in the unit of the result. max_distance is then the limit of the rest.
         uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
+        align: moves a before it is measured (Result.document["alignment"]). "rigid": by the best fit; a 4x4 matrix: by
+            that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
 
@@ -79,7 +81,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
         statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
-        uncertainty=uncertainty, regions=regions)
+        uncertainty=uncertainty, regions=regions, align=align)
     return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
 
 

@@ -136,6 +136,29 @@ def _areas(areas: Any) -> dict[str, Any]:
     return sent
 
 
+def _align(align: Any) -> Any:
+    """A word, a mapping as the service has it, or a 4x4 matrix: a transform in row-major order."""
+    if isinstance(align, str):
+        return align
+    if not isinstance(align, Mapping):
+        return {"transform": {"row_major": _matrix(align, "align")}}
+    sent = dict(align)
+    transform = sent.get("transform")
+    if transform is not None and not isinstance(transform, Mapping):
+        sent["transform"] = {"row_major": _matrix(transform, "align['transform']")}
+    return sent
+
+
+def _matrix(matrix: Any, name: str) -> list[float]:
+    try:
+        rows = [[number(one, name) for one in row] for row in matrix]
+    except TypeError:
+        rows = []
+    if [len(row) for row in rows] != [4, 4, 4, 4]:
+        raise InputError(f"{name} must be 'none', 'rigid', a mapping, or a 4x4 matrix")
+    return [one for row in rows for one in row]
+
+
 _TOLERANCE_OF_GATES = {"diagonal": 1e-9}
 _TOLERANCE_OF_AREA = {"diagonal": 1e-3, "relative": 0.1}  # the distance is shown, and decides nothing
 
@@ -149,6 +172,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "statistics": ("statistics", _statistics),
     "areas": ("areas", _areas),
     "topology": ("topology", bool),
+    "align": ("align", _align),
 }
 
 

@@ -141,6 +141,8 @@ class _Report:
             flags.append(f"--uncertainty={uncertainty}")
         if regions := self._options.get("regions"):
             flags.append(f"--regions={json.dumps([_options.plain(region) for region in regions])}")
+        if (align := _options.document(align=self._options.get("align")).get("align")) is not None:
+            flags.append("--align=" + (align if isinstance(align, str) else json.dumps(align)))
         timeout = self._options.get("timeout", 30.0)
         return flags + ([f"--timeout={timeout} s"] if timeout else [])
 

@@ -64,7 +64,7 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   const double read_ms = watch.lap_ms();
 
   const bool of_a = order.query.of == api::Side::a;
-  const auto measured = api::in_unit_of_result(*a, *b, order.facts.units, control);
+  const auto measured = api::in_unit_of_result(*a, *b, order.facts.units, order.facts.motion, control);
   if (!measured) return measured.error();
   const Prepared& shown = of_a ? *measured->a : *measured->b;
   const Prepared& other = of_a ? *measured->b : *measured->a;

@@ -181,3 +181,15 @@ TEST_CASE("manifest text: an uncertainty is in the unit of the limits") {
   CHECK(gate("max_distance: 1 %", "uncertainty: 0.1 %").uncertainty.max_diagonal_share == 0.001);
   CHECK(!gate("max_distance: 1 %").uncertainty.is_given());
 }
+
+TEST_CASE("manifest text: an alignment, as the API reads it") {
+  CHECK_FALSE(gate("max_distance: 1").options.align);
+  CHECK_FALSE(gate("max_distance: 1, align: none", "align: rigid").options.align);
+  CHECK(gate("max_distance: 1", "align: rigid").options.align == AlignOptions());
+  CHECK(gate("max_distance: 1, align: {principal_axes: true, overlap: 0.75}").options.align ==
+        AlignOptions{{}, true, true, 0.75});
+  const Gate moved = gate("max_distance: 1, align: {transform: {row_major: [1,0,0,5, 0,1,0,6, 0,0,1,-7, 0,0,0,1]}}");
+  REQUIRE(moved.options.align);
+  CHECK_FALSE(moved.options.align->fit);
+  CHECK(moved.options.align->start.translation == Vec3(5, 6, -7));
+}

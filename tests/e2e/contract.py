@@ -241,9 +241,9 @@ def check_accepted(operation, request):
 
 def check_refused(operation, request, slug, problem):
     """... and what it refuses as invalid is what the description does not allow."""
-    # No schema can say that a box is upside down, names are equal or a region has no surface.
-    of_regions = any(error["where"].startswith("/regions") for error in problem.get("errors", []))
-    if slug == "invalid-request" and request.body is not None and not of_regions:
+    # No schema can say that a box is upside down, names are equal or a region has no surface, or that a matrix is rigid.
+    in_words = any(error["where"].startswith(("/regions", "/align/")) for error in problem.get("errors", []))
+    if slug == "invalid-request" and request.body is not None and not in_words:
         demand(wrong_with(operation, request) is not None, operation.id, "refused what the description allows:", request)
 
 

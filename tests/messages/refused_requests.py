@@ -26,6 +26,10 @@ def form(server, *parts, extra=""):
     return server.raw(post_head(len(body), extra) + body)
 
 
+def row_major(numbers):
+    return {"row_major": numbers}
+
+
 def options(server, value):
     return server.compare(options=json.dumps(value).encode() if not isinstance(value, bytes) else value)
 
@@ -115,6 +119,10 @@ def option_rows(server):
         {"regions": [{"name": "bore"}]}, {"regions": [{"name": "bore", "box": {"min": [0, 0, 1], "max": [1, 1, 0]}}]},
         {"regions": [{"name": "tip", "sphere": {"centre": [0, 0, 0], "radius": 1}, "max_distance": 1}]},
         {"regions": [{"name": "far", "sphere": {"centre": [90, 0, 0], "radius": 1}}]},
+        {"align": "stiff"}, {"align": {"overlap": 2}}, {"align": {"overlapp": 1}}, {"align": {"fit": False}},
+        *({"align": {"transform": transform}} for transform in ([1, 0, 0], {"row_major": [1, 0, 0]}, *map(row_major, (
+            [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1], [1.1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+            [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1])))),
         {"gate": {"max_distance": -1}}, {"gate": {"max_distance": 1, "units": "parsec"}}, {"timeout_ms": 0}, {"timeout_ms": 1e9}, {"threads": 1.5},
         {"budget": {"work_items": 0}}, {"units": {"a": "pt"}}, {"statistics": 1}, {"statistics": {"samples": 10}}, {"simd": "mmx"}, {"shards": 2},
     ]

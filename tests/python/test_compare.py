@@ -198,6 +198,17 @@ class Results(unittest.TestCase):
         with self.assertRaisesRegex(meshgauge.InputError, "the same unit"):
             meshgauge.compare(SQUARE, RAISED, 3, regions=[left])
 
+    def test_an_alignment(self):
+        matrix = [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]
+        for align in (matrix, {"transform": matrix}, {"transform": {"row_major": sum(matrix, [])}}):
+            found = meshgauge.compare(SQUARE, RAISED, align=align).document["alignment"]
+            self.assertEqual((found["method"], found["transform"]["row_major"]), ("given", sum(matrix, [])))
+        self.assertLess(meshgauge.compare(SQUARE, RAISED, align="rigid").upper, 1e-3)
+        self.assertNotIn("alignment", meshgauge.compare(SQUARE, RAISED, align="none").document)
+        for wrong in (1, [1, 2], [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "stiff", {"overlap": 7}):
+            with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
+                meshgauge.compare(SQUARE, RAISED, align=wrong)
+
     def test_a_timeout_leaves_an_interval(self):
         flat = shapes.grid(120), shapes.grid(127)
         result = meshgauge.compare(*flat, tolerance=0, strategy="four_point", timeout=0.2, threads=1)

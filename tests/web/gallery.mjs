@@ -12,11 +12,11 @@ import { Walk } from "./browser/page.mjs";
 import { json, stored } from "./browser/batches.mjs";
 import { nightly } from "./gallery_batch.mjs";
 import { asked, root, startService } from "./browser/service.mjs";
-import { drawn, ground, printed } from "./gallery_meshes.mjs";
+import { drawn, ground, moved, printed } from "./gallery_meshes.mjs";
 
 const to = join(root, "docs/gallery"), most = 250_000;
 const folder = mkdtempSync(join(tmpdir(), "meshgauge-gallery-"));
-const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)), "gear_scan.xyz": xyz(printed()) });
+const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)), "gear_scan.xyz": xyz(printed()), "gear_moved.stl": stl(moved()) });
 
 const gear = { a: files["gear_printed.stl"], b: files["gear.stl"], limit: "0.3", units: "mm", tolerance: ["relative", "1"] };
 const window = { viewport: { width: 1200, height: 1200 }, reducedMotion: "reduce" };
@@ -67,6 +67,12 @@ const pictures = {
     await walk.measured();
     await walk.still();
     await save("regions", await walk.page.screenshot());
+    return walk;
+  },
+  async alignment() {
+    const walk = await open({ viewport: { width: 1200, height: 1000 } });
+    await measured(walk, { ...gear, a: files["gear_moved.stl"], align: true });
+    await save("alignment", await walk.page.screenshot());
     return walk;
   },
   async batch() {

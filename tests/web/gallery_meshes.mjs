@@ -31,12 +31,21 @@ function gear(columns, rows, change) {
 export const drawn = () => gear(teeth * 32, 64, (p) => p);
 
 // Warped by a tenth of a millimetre as it cooled, with one tooth worn and a burr on top of another.
-export function printed() {
+export function printed(place = (p) => p) {
   return gear(teeth * 24, 48, ([x, y, z], u) => {
     const away = Math.hypot(x, y) / tip, warp = 0.1 * away * away * Math.cos(4 * Math.PI * u);
     const worn = 1 - 0.028 * smooth(1 - Math.abs(u - 0.86) * teeth * 2) * smooth((away - 0.8) * 8);
     const burr = 0.55 * Math.exp(-((x + 20) ** 2 + (y - 15) ** 2) / 6);
-    return [x * worn, y * worn, z + warp + (z > 0 ? burr : 0)];
+    return place([x * worn, y * worn, z + warp + (z > 0 ? burr : 0)]);
+  });
+}
+
+// The printed gear as a scanner saw it: turned by less than half a tooth, tilted by a few degrees, and shifted.
+export function moved() {
+  const [turn, tilt] = [0.14, 0.1];
+  return printed(([x, y, z]) => {
+    const [s, t] = [Math.cos(turn) * x - Math.sin(turn) * y, Math.sin(turn) * x + Math.cos(turn) * y];
+    return [s + 4, Math.cos(tilt) * t - Math.sin(tilt) * z - 2, Math.sin(tilt) * t + Math.cos(tilt) * z + 1.5];
   });
 }
 

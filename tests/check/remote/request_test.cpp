@@ -39,6 +39,7 @@ TEST_CASE("request: the gate's settings are sent") {
   gate.options.max_work_items = 77;
   gate.options.max_memory_bytes = std::size_t{3} << 20;
   gate.statistics = true;
+  gate.options.align = AlignOptions{{}, true, true, 0.5};
   const auto request = read(gate, 0.1);
   CHECK(request.options.units == api::AskedUnits{LengthUnit::inch, LengthUnit::foot, LengthUnit::millimeter, false});
   CHECK(request.timeout == gate.timeout);
@@ -54,6 +55,7 @@ TEST_CASE("request: the gate's settings are sent") {
   CHECK(request.options.max_work_items == 77);
   CHECK(request.options.max_memory_bytes == std::size_t{3} << 20);
   CHECK(request.options.statistics.has_value());
+  CHECK(request.options.align == gate.options.align);
   CHECK_FALSE(request.options.topology);
   gate.expect.triangles = Span{1, 2};  // counted in any case
   CHECK_FALSE(read(gate, 0.1).options.topology);

@@ -53,6 +53,14 @@ TEST_CASE("markdown: the verdict, then what did not pass, the worst first, then 
   position(text, "- gate `parts/gates.yaml:7`\n");
 }
 
+TEST_CASE("markdown: a candidate that was moved is named although its gate passes") {
+  GateOutcome outcome = samples::passed("a");
+  outcome.measured->notes = {"the candidate was moved before it was measured"};
+  CHECK(to_markdown(samples::report_of({outcome})).find("was moved") == std::string::npos);
+  outcome.measured->motion = RigidMotion();
+  position(to_markdown(samples::report_of({outcome})), "\n\n- `a`: the candidate was moved before it was measured\n");
+}
+
 TEST_CASE("markdown: headlines") {
   CHECK(to_markdown(samples::report_of({samples::passed("a")})).rfind("## ✅ meshgauge: all gates hold\n", 0) == 0);
   CHECK(to_markdown(samples::report_of({samples::failed("a")})).rfind("## ❌ meshgauge: failed\n", 0) == 0);

@@ -20,7 +20,7 @@ export class Walk {
   }
 
   // `limit` as typed; `tolerance: ["diagonal", "1e-4"]`; files are paths, or as Playwright takes them.
-  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout }) {
+  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout, align }) {
     const { page } = this;
     if (a) await page.locator("#file-a").setInputFiles(a);
     if (b) await page.locator("#file-b").setInputFiles(b);
@@ -31,9 +31,10 @@ export class Walk {
       await page.locator("#toleranceKind").selectOption(tolerance[0]);
       await page.locator("#tolerance").fill(tolerance[1]);
     }
-    if (strategy || timeout) await page.locator("#more").evaluate((more) => (more.open = true));
+    if (strategy || timeout || align) await page.locator("#more").evaluate((more) => (more.open = true));
     if (strategy) await page.locator("#strategy").selectOption(strategy);
     if (timeout) await page.locator("#timeout").fill(timeout);
+    if (align) await page.locator("#align").check();
   }
 
   press(name) {

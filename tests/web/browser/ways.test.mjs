@@ -8,7 +8,7 @@ import { endless, endlessMeshes, lookup, workplace } from "./workplace.mjs";
 
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(30)), "dented.obj": obj(dented(30)), "small.obj": obj(sphere(12)), "smaller.obj": obj(dented(12)),
-  "scan.xyz": xyz(dented(20)),
+  "scan.xyz": xyz(dented(20)), "away.obj": obj(dented(30, 0.1, [0.2, 0, 0.1])),
   ...endlessMeshes(),
 }));
 
@@ -189,6 +189,17 @@ for (const of of ["A", "B"])
     assert.match(saved.suggestedFilename(), new RegExp(`^deviation-${of.toLowerCase()}-.*ply$`));
     await walk.tab.close();
   });
+
+test("A is moved to B where that is asked for, and the page says how far", async () => {
+  const walk = await place.open(), { page } = walk;
+  await walk.fill({ a: place.files["away.obj"], b: place.files["dented.obj"], limit: "0.001", align: true });
+  await walk.measure();
+  await walk.measured();
+  await page.getByText(/mesh a was moved before it was measured, by best fit: .* shifted by/).waitFor();
+  await page.getByText("align: rigid").first().waitFor();
+  assert.equal((await isThere(walk.id())).result.verdict, "pass");
+  await walk.tab.close();
+});
 
 test("a point cloud is drawn by its points, and refused in both directions", async () => {
   const walk = await place.open();

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { buildOptions, noValues, parseNumber, splitLimit, valuesOf, type FormValues } from "../../../server/web/page/form/options.js";
 import { formatOf } from "../../../server/web/page/form/slot.js";
-import { optionsOf } from "../../../server/web/page/text/snippets.js";
+import { gatesYaml, optionsOf } from "../../../server/web/page/text/snippets.js";
 import { areaGate, comparison, gate } from "./samples.js";
 
 const build = (values: Partial<FormValues>) => buildOptions({ ...noValues, ...values });
@@ -13,11 +13,11 @@ test("an empty form asks for nothing", () => assert.deepEqual(build({}).options,
 test("everything that can be asked for", () => {
   const built = build({
     limit: "0.05", units: "mm", direction: "a_to_b", toleranceKind: "relative", tolerance: "0.5", strategy: "n_point", points: "31",
-    timeout: "2.5", threads: "4", statistics: true,
+    timeout: "2.5", threads: "4", statistics: true, align: true,
   });
   assert.deepEqual(built.options, {
     gate: { max_distance: 0.05, narrow: true, units: "mm" }, direction: "a_to_b", tolerance: { relative: 0.005 }, strategy: "n_point", points: 31,
-    timeout_ms: 2500, threads: 4, statistics: true,
+    timeout_ms: 2500, threads: 4, statistics: true, align: "rigid",
   });
 });
 
@@ -76,6 +76,16 @@ test("the form that leads to a result asks for the same", () => {
     comparison({ tolerance: { ...comparison().tolerance, asked: { absolute: 0.25 } }, engine: { ...comparison().engine, strategy: "n_point", points: 109 } }),
   ];
   for (const result of results) assert.deepEqual(buildOptions(valuesOf(result)).options, optionsOf(result));
+});
+
+test("a result states its alignment", () => {
+  const moved = { moved: "a" as const, method: "best_fit" as const, transform: { row_major: [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] }, angle_degrees: 0, shift: 5,
+    largest_displacement: 5, residual: 0.1, residual_before: 5, samples: 8192, principal_axes: false, overlap: 1, converged: true, steps: 3, starts: 13 };
+  assert.equal(optionsOf(comparison({ alignment: moved })).align, "rigid");
+  assert.equal(valuesOf(comparison({ alignment: moved })).align, true);
+  assert.deepEqual(optionsOf(comparison({ alignment: { ...moved, principal_axes: true, overlap: 0.5 } })).align, { principal_axes: true, overlap: 0.5 });
+  assert.deepEqual(optionsOf(comparison({ alignment: { ...moved, method: "given" } })).align, { transform: moved.transform });
+  assert.match(gatesYaml(comparison({ alignment: moved }), { a: "a.stl", b: "b.stl" }), /\n {4}align: rigid\n/);
 });
 
 test("a result states the certified areas that were asked for", () => {

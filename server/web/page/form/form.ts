@@ -15,7 +15,7 @@ export interface Order {
   options: Options;
 }
 
-const inMore: Field[] = ["timeout", "threads", "strategy", "points", "statistics", "unitA", "unitB"];
+const inMore: Field[] = ["timeout", "threads", "strategy", "points", "statistics", "align", "unitA", "unitB"];
 const texts = ["limit", "tolerance", "timeout", "threads"] as const;
 const choices = ["units", "unitA", "unitB", "toleranceKind", "strategy", "points"] as const;
 
@@ -127,6 +127,7 @@ export class Form {
       timeout: text("timeout"),
       threads: text("threads"),
       statistics: data.has("statistics"),
+      align: data.has("align"),
     };
   }
 
@@ -134,6 +135,7 @@ export class Form {
     for (const name of texts) this.field(name, HTMLInputElement).value = values[name];
     for (const name of choices) this.field(name, HTMLSelectElement).value = values[name];
     this.field("statistics", HTMLInputElement).checked = values.statistics;
+    this.field("align", HTMLInputElement).checked = values.align;
     for (const radio of this.form.querySelectorAll<HTMLInputElement>("[name=direction]")) radio.checked = radio.value === values.direction;
     this.adapt();
   }

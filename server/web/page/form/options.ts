@@ -17,6 +17,7 @@ export interface FormValues {
   timeout: string; // seconds; empty: the service's default
   threads: string; // empty: the service decides
   statistics: boolean;
+  align: boolean; // A to B, by the best fit
 }
 
 export type Field = keyof FormValues;
@@ -41,6 +42,7 @@ export const noValues: FormValues = {
   timeout: "",
   threads: "",
   statistics: false,
+  align: false,
 };
 
 export const pointChoices = [4, 10, 31, 109, 409, 1585] as const;
@@ -59,6 +61,7 @@ export function buildOptions(values: FormValues): Built {
     ...timeoutOf(values.timeout, blame("timeout")),
     ...threadsOf(values.threads, blame("threads")),
     ...(values.statistics ? { statistics: true } : {}),
+    ...(values.align ? { align: "rigid" } : {}),
   };
   return mistakes.length > 0 ? { options: null, mistakes } : { options, mistakes: [] };
 }
@@ -172,6 +175,7 @@ export function valuesOf(result: Comparison): FormValues {
     strategy: result.engine.strategy,
     points: String(result.engine.points ?? 4),
     statistics: result.statistics !== null,
+    align: result.alignment !== undefined,
   };
 }
 

@@ -36,6 +36,7 @@ export function optionsOf(result: Comparison): Options {
     ...areasAsked(result),
     ...(result.statistics ? { statistics: true } : {}),
     ...(result.meshes.a.topology === undefined ? {} : { topology: true }),
+    ...alignAsked(result),
   };
 }
 
@@ -45,6 +46,15 @@ function limitsAsked({ max_distance, max_share_beyond, uncertainty }: NonNullabl
     ...(max_share_beyond ? { max_share_beyond } : {}),
     ...(uncertainty ? { uncertainty } : {}),
   };
+}
+
+// The start of a fit is not known: it is that of the files.
+function alignAsked({ alignment }: Comparison): Pick<Options, "align"> {
+  if (!alignment) return {};
+  const { method, transform, principal_axes, overlap } = alignment;
+  if (method === "given") return { align: { transform } };
+  if (!principal_axes && overlap === 1) return { align: "rigid" };
+  return { align: { ...(principal_axes ? { principal_axes } : {}), ...(overlap === 1 ? {} : { overlap }) } };
 }
 
 // Without the distance that the gate asks for, which is the last; with an uncertainty it is two.
@@ -91,6 +101,7 @@ export function gatesYaml(result: Comparison, names: Names): string {
     ...unitsLine(result),
     ...directionLine(result),
     ...cloudLine(result),
+    ...alignLine(result),
     ...toleranceLine(result),
   ];
   return lines.join("\n") + "\n";
@@ -129,6 +140,12 @@ function directionLine(result: Comparison): string[] {
 // Points without faces have to be declared, but for a format that has nothing else.
 function cloudLine({ meshes: { a } }: Comparison): string[] {
   return a.triangles === 0 && a.format !== "xyz" ? ["    cloud: true"] : [];
+}
+
+// JSON is YAML.
+function alignLine(result: Comparison): string[] {
+  const { align } = optionsOf(result);
+  return align === undefined ? [] : [`    align: ${typeof align === "string" ? align : JSON.stringify(align)}`];
 }
 
 function toleranceLine(result: Comparison): string[] {

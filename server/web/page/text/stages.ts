@@ -26,6 +26,7 @@ const labels: [keyof Timings, string][] = [
   ["queue", "Waiting"],
   ["read_a", "Reading A"],
   ["read_b", "Reading B"],
+  ["align", "Aligning"],
   ["build", "Building trees"],
   ["traverse", "Traversal"],
   ["reduce", "Reduction"],

@@ -1,0 +1,54 @@
+// Alignment of the candidate before it is measured: its option in JSON, and the mesh in its new pose.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "engine/align.h"
+#include "engine/control.h"
+#include "engine/prepared.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+// The rotation of a given transform may be off orthonormal by this (off_orthonormal()): entries written with six
+// decimals err by 5e-7, which makes 2 sqrt(3) 5e-7 + 3 (5e-7)^2 < 1.8e-6.
+inline constexpr double kMostOffOrthonormal = 4e-6;
+
+// Reads the option `align` (openapi.yaml, Align): "none", "rigid" or an object. nullopt: "none". `name`: a JSON
+// pointer, a flag or a key. Errors: invalid_request, with the pointer below `name` in Error::where.
+Result<std::optional<AlignOptions>> read_align(const nlohmann::json& value, const std::string& name);
+
+// Reads the text of a flag: a word or an object in JSON.
+Result<std::optional<AlignOptions>> parse_align(std::string_view text, const std::string& name);
+
+// The same option for another reader; read_align() of it gives `options`.
+nlohmann::ordered_json json_of(const AlignOptions& options);
+nlohmann::ordered_json json_of(const RigidMotion& motion);  // {"row_major": [16 numbers]}
+
+// How the candidate was moved, in the unit of the result.
+struct Aligned {
+  Alignment found;
+  Displacement moved;
+};
+
+nlohmann::ordered_json json_of(const Aligned& aligned, const AlignOptions& asked);
+
+// Returns the motion of a result document's "alignment"; nullopt: it has none. Error: internal, for one that is no
+// motion.
+Result<std::optional<RigidMotion>> motion_of(const nlohmann::ordered_json& document);
+
+// Returns `mesh` moved by `motion`; it keeps `mesh` alive. Its Prepared::error() counts the rounding. Errors:
+// coordinate_too_large; out_of_time when `control` says to stop.
+Result<std::shared_ptr<const Prepared>> moved(const std::shared_ptr<const Prepared>& mesh, const RigidMotion& motion,
+                                              const std::string& part, Control& control);
+
+// Aligns `candidate` to `baseline`; both are in the unit of the result. Errors: those of moved(). An interrupted search
+// gives out_of_time: nothing is measured in a pose that is not the best found.
+Result<Aligned> aligned(const Prepared& candidate, const Prepared& baseline, const AlignOptions& asked,
+                        const Options& options, const std::string& part, Control& control);
+
+}  // namespace meshgauge::api
