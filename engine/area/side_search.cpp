@@ -141,8 +141,8 @@ AreaStop SideSearch::refine_all() {
     in_.tell();
     if (turned_ || is_decided()) return AreaStop::complete;
     const std::vector<std::size_t> chosen = choose();
-    if (chosen.empty()) return at_floor_ ? AreaStop::precision_floor : AreaStop::complete;
-    if (over_budget()) return AreaStop::budget;
+    if (open_.empty()) return at_floor_ ? AreaStop::precision_floor : AreaStop::complete;
+    if (chosen.empty() || over_budget()) return AreaStop::budget;
     if (stop_() || !refine(chosen)) return interrupted();
   }
 }

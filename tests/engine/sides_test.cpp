@@ -182,6 +182,21 @@ TEST_CASE("sides: an interruption at any moment leaves intervals that hold") {
   }
 }
 
+TEST_CASE("sides: a limit of the work is the reason to stop, and the intervals hold") {
+  const Mesh a = shapes::closed_sphere(9, 1.05), b = shapes::closed_sphere(12);
+  Options options;
+  options.sides.emplace().length_tolerance = 1e-4;
+  const SideOutcome whole = sides_of(a, b, options);
+  REQUIRE(whole.stop == AreaStop::complete);
+  for (const std::uint64_t limit : {0UL, 1UL, 100UL, 512UL}) {
+    options.max_work_items = limit;
+    const SideOutcome found = sides_of(a, b, options);
+    CHECK(found.stop == AreaStop::budget);
+    CHECK(found.outside.lower <= whole.outside.upper);
+    CHECK(found.outside.upper >= whole.outside.lower);
+  }
+}
+
 TEST_CASE("winding numbers equal exact ones, also on lines through edges and corners") {
   const Mesh solid = shapes::scaled(shapes::joined(shapes::joined(kCube, shapes::cube(1, {0.5, 0, 0})),
                                                    shapes::turned(shapes::cube(0.5, {-0.75, 0, 0}))),
