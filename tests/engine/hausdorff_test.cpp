@@ -242,7 +242,7 @@ TEST_CASE("the interval holds after an interruption at any check") {
 TEST_CASE("the interval holds after an interruption in the middle of a block") {
   std::mt19937_64 random(17);
   const Mesh b = shapes::scaled(shapes::soup(3000, random), 0.75);
-  // Of one block alone no other block's bound hides what is lost.
+  // With one block alone no bound of another block hides what is lost.
   for (const auto& [triangles, threads] : {std::pair(300U, 1U), {300U, 3U}, {60U, 1U}}) {
     const Mesh a = shapes::soup(triangles, random);
     Options options = absolute(1e-3);
