@@ -38,6 +38,7 @@ check::Gate gate_of(const Json& json) {
   if (json.contains("share")) gate.area_limit = check::AreaLimit{std::exchange(gate.limit, {}), json["share"]};
   gate.timeout = std::chrono::milliseconds(json.value("timeout_ms", 60'000));
   gate.statistics = json.value("statistics", false);
+  gate.options.narrow = json.value("narrow", gate.options.narrow);
   if (!json.contains("options")) return gate;
   auto request = api::parse_options(json["options"].dump());
   if (!request) throw std::runtime_error(request.error().message);
