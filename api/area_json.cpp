@@ -2,7 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/decimal.h"
 #include "api/names.h"
+#include "api/with_unit.h"
 
 namespace meshgauge::api {
 namespace {
@@ -26,7 +28,51 @@ Json of_direction(const std::optional<AreaBounds>& found, const AreaOptions& ask
   return json;
 }
 
+Json of_side(const SideBounds& found) {
+  Json json = of_interval({found.lower, found.upper});
+  json["point_a"] = found.at ? json_of(*found.at) : Json(nullptr);
+  json["triangle_a"] = found.at ? Json(found.triangle) : Json(nullptr);
+  return json;
+}
+
 }  // namespace
+
+std::string in_words(const NoSides& refused, const std::optional<LengthUnit>& unit) {
+  using Why = NoSides::Why;
+  std::string at;
+  if (const auto& p = refused.at)
+    at = with_unit("(" + shortest(p->x()) + ", " + shortest(p->y()) + ", " + shortest(p->z()) + ")", unit);
+  switch (refused.why) {
+    case Why::open:
+      return "mesh b is open: an edge at " + at + " has one triangle";
+    case Why::non_manifold:
+      return "mesh b is not manifold: an edge at " + at + " has more than two triangles";
+    case Why::flipped:
+      return "mesh b is not oriented: two triangles at " + at + " face different ways";
+    case Why::inside_out:
+      return "mesh b is inside out: its triangles face inwards";
+    case Why::no_volume:
+      return "mesh b encloses no volume";
+    default:
+      return "mesh b has a part that is inside out: it faces inwards around " + at;
+  }
+}
+
+Json json_of(const SideOutcome& sides, const std::optional<LengthUnit>& unit) {
+  const auto& refused = sides.refused;
+  Json why = nullptr;
+  if (refused)
+    why = {{"reason", name_of(kNoSides, refused->why)},
+           {"detail", in_words(*refused, unit)},
+           {"at", refused->at ? json_of(*refused->at) : Json(nullptr)}};
+  return {{"certified", true},
+          {"status", name_of(kAreaStops, sides.stop)},
+          {"length_tolerance", sides.options.length_tolerance},
+          {"pieces", sides.pieces},
+          {"refused", std::move(why)},
+          {"outside", refused ? Json(nullptr) : of_side(sides.outside)},
+          {"inside", refused ? Json(nullptr) : of_side(sides.inside)}};
+}
 
 Json json_of(const AreaOutcome& areas) {
   return {{"certified", true},

@@ -29,9 +29,12 @@ struct ComparisonOptions : Options {
   std::optional<AlignOptions> align;           // moves mesh a first, in the unit of the result; nullopt: as it is
   bool topology = false;                       // also examine both meshes (engine/topology.h)
   std::optional<ShareLimit> max_share_beyond;  // of the gate
+  std::optional<SideOptions::Zone> zone;       // of the gate: limits inside and outside of mesh b
 };
 
-// Whether there is a gate: a limit of the distance, of the area, or both.
-inline bool has_limit(const ComparisonOptions& options) { return options.max_distance || options.max_share_beyond; }
+// Whether there is a gate: a limit of the distance, of the area or of the sides.
+inline bool has_limit(const ComparisonOptions& options) {
+  return options.max_distance || options.max_share_beyond || options.zone;
+}
 
 }  // namespace meshgauge::api

@@ -24,10 +24,18 @@ Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_vie
   const double u = options.uncertainty;
   const auto& area = options.max_share_beyond;
   const auto fits = [u](const Region& region) { return u <= region.max_distance.value_or(u); };
-  if (u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u) &&
+  const auto& zone = options.zone;
+  const bool fits_zone = !zone || (u <= zone->inside && u <= zone->outside);
+  if (u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u) && fits_zone &&
       std::ranges::all_of(options.regions, fits))
     return Done{};
   return refused(std::string(name) + " must not be above the distance that may not be exceeded: nothing could pass",
+                 "options", std::string(name));
+}
+
+Result<Done> check_sides(const ComparisonOptions& options, std::string_view name) {
+  if (options.direction != Direction::b_to_a || !(options.sides || options.zone)) return Done{};
+  return refused(std::string(name) + " is about the points of mesh a: the direction must be symmetric or a_to_b",
                  "options", std::string(name));
 }
 
@@ -38,6 +46,10 @@ Verdict verdict_within(double lower, double upper, double limit, double uncertai
 
 Options engine_options(const ComparisonOptions& options) {
   Options engine = options;
+  if (options.zone) {
+    if (!engine.sides) engine.sides.emplace();
+    engine.sides->zone = options.zone;
+  }
   if (!options.max_share_beyond) return engine;
   if (!engine.areas) engine.areas.emplace();
   const auto& [distance, share] = *options.max_share_beyond;
@@ -66,6 +78,16 @@ std::optional<double> limit_of_region(const ComparisonOptions& options, std::siz
   return own ? own : options.max_distance;
 }
 
+std::optional<Verdict> verdict_of_zone(const Outcome& outcome, const ComparisonOptions& options) {
+  if (!options.zone) return std::nullopt;
+  if (!outcome.sides || outcome.sides->refused) return Verdict::undecided;
+  const auto within = [&](const SideBounds& found, double limit) {
+    return verdict_within(found.lower, found.upper, limit, options.uncertainty);
+  };
+  return worst(within(outcome.sides->inside, options.zone->inside),
+               within(outcome.sides->outside, options.zone->outside));
+}
+
 std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options) {
   std::optional<Verdict> found;
   if (options.max_distance && outcome.regions.empty())
@@ -79,6 +101,7 @@ std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& 
     const Verdict of_share = verdict_within(share->lower, share->upper, options.max_share_beyond->share);
     found = found ? worst(*found, of_share) : of_share;
   }
+  if (const auto of_zone = verdict_of_zone(outcome, options)) found = found ? worst(*found, *of_zone) : of_zone;
   return found;
 }
 

@@ -23,8 +23,11 @@ Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_vie
 // it is certainly above (lower > limit + uncertainty), undecided when the limit lies inside the interval.
 Verdict verdict_within(double lower, double upper, double limit, double uncertainty = 0);
 
-// Returns the engine's options, with the question that max_share_beyond asks of the areas at the end of theirs.
-// With an uncertainty U it is two: of its distance less U, then plus U.
+// Returns the error for sides, or a zone, where no distance is measured from mesh a. `name`: as above.
+Result<Done> check_sides(const ComparisonOptions& options, std::string_view name);
+
+// Returns the engine's options, with the zone, and with the question that max_share_beyond asks of the areas at the end
+// of theirs. With an uncertainty U it is two: of its distance less U, then plus U.
 Options engine_options(const ComparisonOptions& options);
 
 // Returns the share of the area that is farther than max_share_beyond's distance, in the direction where it is largest;
@@ -34,6 +37,8 @@ std::optional<AreaInterval> share_beyond(const Outcome& outcome, const Compariso
 
 // Returns the limit of a region, or behind them of the rest; nullopt: none.
 std::optional<double> limit_of_region(const ComparisonOptions& options, std::size_t region);
+// Returns the verdict of the zone alone; undecided when mesh b has no sides. nullopt: without a zone.
+std::optional<Verdict> verdict_of_zone(const Outcome& outcome, const ComparisonOptions& options);
 
 // Returns pass when every limit is kept, fail when one is certainly exceeded; nullopt: without a limit.
 std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options);

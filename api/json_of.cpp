@@ -45,6 +45,8 @@ Json mismatch(const ReadNotes& notes) {
 
 Json json_of(const ShareLimit& limit) { return {{"distance", limit.distance}, {"share", limit.share}}; }
 
+Json json_of(const SideOptions::Zone& zone) { return {0 - zone.inside, zone.outside}; }
+
 Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }

@@ -19,6 +19,7 @@ Json json_of(const Bounds& bounds);
 Json json_of(const std::optional<Directed>& directed);
 Json json_of(const Tolerance& asked);  // has only the rules that are set
 Json json_of(const ShareLimit& limit);
+Json json_of(const SideOptions::Zone& zone);  // [-inside, outside]
 Json json_of(const KnownUnit& known);
 Json json_of(const MeshFacts& facts, const KnownUnit& unit);
 Json json_of(const std::optional<Topology>& topology);

@@ -41,6 +41,12 @@ inline constexpr Name<AreaStop> kAreaStops[] = {
     {AreaStop::timeout, "timeout"},   {AreaStop::cancelled, "cancelled"},
     {AreaStop::budget, "budget"},     {AreaStop::no_area, "no_area"}};
 
+// Why a mesh has no sides.
+inline constexpr Name<NoSides::Why> kNoSides[] = {
+    {NoSides::Why::open, "open"},           {NoSides::Why::non_manifold, "non_manifold"},
+    {NoSides::Why::flipped, "flipped"},     {NoSides::Why::inside_out, "inside_out"},
+    {NoSides::Why::no_volume, "no_volume"}, {NoSides::Why::part_inside_out, "part_inside_out"}};
+
 // Whether the statistics are complete, or why they are not.
 inline constexpr Name<StatisticsStatus> kStatisticsStatuses[] = {{StatisticsStatus::complete, "complete"},
                                                                  {StatisticsStatus::timeout, "timeout"},

@@ -31,6 +31,7 @@ std::string text_of(double x) {
 
 std::string described(const Range& range) {
   if (range.integer) return "an integer from " + text_of(range.low) + " to " + text_of(range.high);
+  if (range.low == -Range{}.high) return "a finite number of at most " + text_of(range.high);
   if (range.high < Range{}.high) return "a number from " + text_of(range.low) + " to " + text_of(range.high);
   return "a finite number of at least " + text_of(range.low);
 }
@@ -157,19 +158,32 @@ Result<Done> read_narrow(const JsonValue& value, const std::string& pointer, Rea
   return read_boolean(value, pointer, reading.request.options.narrow);
 }
 
-Result<Done> read_limit_distance(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_number(value, kBeyondRange, pointer, reading.request.options.max_share_beyond->distance);
-}
-
-Result<Done> read_limit_share(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_number(value, kShareRange, pointer, reading.request.options.max_share_beyond->share);
+template <auto asked, auto number, const Range& range>
+Result<Done> read_setting(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, range, pointer, (*(reading.request.options.*asked)).*number);
 }
 
 Result<Done> read_max_share_beyond(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  static constexpr Field kFields[] = {{"distance", read_limit_distance}, {"share", read_limit_share}};
+  static constexpr Field kFields[] = {
+      {"distance", read_setting<&ComparisonOptions::max_share_beyond, &ShareLimit::distance, kBeyondRange>},
+      {"share", read_setting<&ComparisonOptions::max_share_beyond, &ShareLimit::share, kShareRange>}};
   reading.request.options.max_share_beyond.emplace();
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (value.size() < 2) return invalid(pointer, pointer + " needs distance and share");
+  return Done{};
+}
+
+// [-inside, outside]
+Result<Done> read_zone(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  if (!value.is_array() || value.size() != 2)
+    return invalid(pointer, pointer + " must be two numbers, such as [-0.05, 0.1], not " +
+                                (value.is_array() ? "an array of " + std::to_string(value.size()) : shown(value)));
+  constexpr Range kInside{-Range{}.high, 0};
+  const auto inside = read_number(value[0], kInside, pointer + "/0");
+  if (!inside) return inside.error();
+  const auto outside = read_number(value[1], kMaxDistanceRange, pointer + "/1");
+  if (!outside) return outside.error();
+  reading.request.options.zone = SideOptions::Zone{std::abs(*inside), *outside};
   return Done{};
 }
 
@@ -180,12 +194,13 @@ Result<Done> read_uncertainty(const JsonValue& value, const std::string& pointer
 Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"max_distance", read_max_distance},
                                       {"max_share_beyond", read_max_share_beyond},
+                                      {"zone", read_zone},
                                       {"uncertainty", read_uncertainty},
                                       {"units", read_gate_unit},
                                       {"narrow", read_narrow}};
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!has_limit(reading.request.options))
-    return invalid(pointer, pointer + " needs max_distance, max_share_beyond, or both");
+    return invalid(pointer, pointer + " needs max_distance, max_share_beyond or zone");
   return Done{};
 }
 
@@ -202,25 +217,24 @@ Result<Done> read_budget(const JsonValue& value, const std::string& pointer, Rea
   return read_object(value, pointer, kFields, reading);
 }
 
-Result<Done> read_samples(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_number(value, kSamplesRange, pointer, reading.request.options.statistics->samples);
-}
-
-Result<Done> read_seed(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_number(value, kSeedRange, pointer, reading.request.options.statistics->seed);
-}
-
-// Reads the request for statistics: true or an object of settings; false: none.
-Result<Done> read_statistics(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  static constexpr Field kFields[] = {{"samples", read_samples}, {"seed", read_seed}};
-  auto& statistics = reading.request.options.statistics;
+// Reads the request for something: true or an object of settings; false: none.
+template <class Settings>
+Result<Done> read_settings(std::optional<Settings>& asked, const JsonValue& value, const std::string& pointer,
+                           std::span<const Field> fields, Reading& reading) {
   if (value.is_boolean()) {
-    if (value.get<bool>()) statistics.emplace();
+    if (value.get<bool>()) asked.emplace();
     return Done{};
   }
   if (!value.is_object()) return invalid(pointer, pointer + " must be true, false or an object, not " + shown(value));
-  statistics.emplace();
-  return read_object(value, pointer, kFields, reading);
+  asked.emplace();
+  return read_object(value, pointer, fields, reading);
+}
+
+Result<Done> read_statistics(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {
+      {"samples", read_setting<&Options::statistics, &Sampling::samples, kSamplesRange>},
+      {"seed", read_setting<&Options::statistics, &Sampling::seed, kSeedRange>}};
+  return read_settings(reading.request.options.statistics, value, pointer, kFields, reading);
 }
 
 // Reads an array of 1 to `most` numbers, each handed to `add`.
@@ -256,24 +270,23 @@ Result<Done> read_mean(const JsonValue& value, const std::string& pointer, Readi
   return read_boolean(value, pointer, reading.request.options.areas->mean);
 }
 
-Result<Done> read_share_tolerance(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_number(value, kShareToleranceRange, pointer, reading.request.options.areas->share_tolerance);
-}
-
-Result<Done> read_length_tolerance(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_number(value, kLengthToleranceRange, pointer, reading.request.options.areas->length_tolerance);
-}
-
 Result<Done> read_areas(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  static constexpr Field kFields[] = {{"beyond", read_beyond},
-                                      {"quantiles", read_quantiles},
-                                      {"mean", read_mean},
-                                      {"share_tolerance", read_share_tolerance},
-                                      {"length_tolerance", read_length_tolerance}};
+  static constexpr Field kFields[] = {
+      {"beyond", read_beyond},
+      {"quantiles", read_quantiles},
+      {"mean", read_mean},
+      {"share_tolerance", read_setting<&Options::areas, &AreaOptions::share_tolerance, kShareToleranceRange>},
+      {"length_tolerance", read_setting<&Options::areas, &AreaOptions::length_tolerance, kLengthToleranceRange>}};
   const AreaOptions& asked = reading.request.options.areas.emplace();
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!asks_something(asked)) return invalid(pointer, pointer + " must ask for beyond, quantiles or mean");
   return Done{};
+}
+
+Result<Done> read_sides(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {
+      {"length_tolerance", read_setting<&Options::sides, &SideOptions::length_tolerance, kLengthToleranceRange>}};
+  return read_settings(reading.request.options.sides, value, pointer, kFields, reading);
 }
 
 Result<Done> read_topology(const JsonValue& value, const std::string& pointer, Reading& reading) {
@@ -324,11 +337,11 @@ Result<Done> read_threads(const JsonValue& value, const std::string& pointer, Re
 }
 
 constexpr Field kOptions[] = {
-    {"direction", read_direction},    {"tolerance", read_tolerance}, {"gate", read_gate},
-    {"strategy", read_strategy},      {"points", read_points},       {"timeout_ms", read_timeout},
-    {"threads", read_threads},        {"budget", read_budget},       {"areas", read_areas},
-    {"statistics", read_statistics},  {"topology", read_topology},   {"units", read_units},
-    {"regions", read_option_regions}, {"align", read_align}};
+    {"direction", read_direction}, {"tolerance", read_tolerance},    {"gate", read_gate},
+    {"strategy", read_strategy},   {"points", read_points},          {"timeout_ms", read_timeout},
+    {"threads", read_threads},     {"budget", read_budget},          {"areas", read_areas},
+    {"sides", read_sides},         {"statistics", read_statistics},  {"topology", read_topology},
+    {"units", read_units},         {"regions", read_option_regions}, {"align", read_align}};
 
 }  // namespace
 
@@ -375,6 +388,7 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
   if (auto ok = check_uncertainty(request.options, "/gate/uncertainty"); !ok) return ok.error();
   if (auto ok = check_limits_of_regions(request.options, "/regions"); !ok) return ok.error();
   if (auto ok = check_points(reading.points_given, request.options.strategy, "/points"); !ok) return ok.error();
+  if (auto ok = check_sides(request.options, request.options.zone ? "/gate/zone" : "/sides"); !ok) return ok.error();
   return request;
 }
 

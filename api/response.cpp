@@ -40,6 +40,7 @@ Json gate(const Comparison& comparison) {
   if (!has_limit(options)) return nullptr;
   Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
   if (options.max_share_beyond) json["max_share_beyond"] = api::json_of(*options.max_share_beyond);
+  if (options.zone) json["zone"] = api::json_of(*options.zone);
   if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
   json["units"] = text_or_null(limit_unit_name(options.units));
   return json;
@@ -106,7 +107,7 @@ std::vector<Stage> stages(const Comparison& comparison) {
   all.insert(
       all.end(),
       {{"build", engine.build}, {"traverse", engine.traverse}, {"reduce", engine.reduce}, {"certify", engine.certify}});
-  if (comparison.outcome.areas) all.push_back({"areas", engine.areas});
+  if (comparison.outcome.areas || comparison.outcome.sides) all.push_back({"areas", engine.areas});
   if (comparison.outcome.statistics) all.push_back({"statistics", engine.statistics});
   all.push_back({"total", times.total});
   return all;
@@ -140,6 +141,8 @@ std::string to_json(const Comparison& comparison) {
     json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
   if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
+  if (outcome.sides) json["sides"] = json_of(*outcome.sides, comparison.units.result.unit);
+  if (const auto of_zone = verdict_of_zone(outcome, comparison.options)) json["sides"]["verdict"] = to_string(*of_zone);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -40,13 +40,17 @@ std::optional<ResultDirection> direction_of(const Json& document, const char* na
   return is_interval(direction.lower, direction.upper) ? std::optional(direction) : std::nullopt;
 }
 
+double limit_of(const Json& gate) {
+  if (const Json& distance = gate.at("max_distance"); !distance.is_null()) return distance.get<double>();
+  if (gate.contains("max_share_beyond")) return gate.at("max_share_beyond").at("distance").get<double>();
+  return std::max(-gate.at("zone").at(0).get<double>(), gate.at("zone").at(1).get<double>());
+}
+
 ResultFacts facts_of(const Json& document, Side candidate) {
   const bool of_a = candidate == Side::a;
   ResultFacts facts;
   if (const auto gate = document.find("gate"); gate != document.end() && !gate->is_null()) {
-    const bool is_of_distance = !gate->at("max_distance").is_null();
-    facts.limit =
-        (is_of_distance ? gate->at("max_distance") : gate->at("max_share_beyond").at("distance")).get<double>();
+    facts.limit = limit_of(*gate);
   }
   facts.lower = document.at("distance").at("lower").get<double>();
   facts.upper = upper_of(document.at("distance"));

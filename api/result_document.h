@@ -33,8 +33,9 @@ struct ResultDirection {
 };
 
 struct ResultFacts {
-  std::optional<double> limit;  // max_distance, else the distance of max_share_beyond; nullopt: no gate
-  double lower = 0;             // the certified interval; `upper` is infinite when there is no upper bound yet
+  std::optional<double>
+      limit;         // max_distance, else that of max_share_beyond, else the larger of zone; nullopt: no gate
+  double lower = 0;  // the certified interval; `upper` is infinite when there is no upper bound yet
   double upper = std::numeric_limits<double>::infinity();
   std::optional<ResultWitness> witness;      // for the direction that attains `lower`
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured

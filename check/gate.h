@@ -40,6 +40,12 @@ struct RegionLimit {
   Limit limit;
 };
 
+// How far the candidate may be inside and outside of the baseline, in the same unit.
+struct ZoneLimit {
+  Limit inside;
+  Limit outside;
+};
+
 // The engine's defaults, with a smaller tolerance: a gate ends when its limit is decided, and an interval of one
 // percent could still contain the limit. Once it is decided the interval is narrowed, so that reports say by how much a
 // gate passes or fails.
@@ -50,7 +56,7 @@ inline Options gate_options() {
   return options;
 }
 
-// A gate that limits the area alone needs no narrow interval of the distance, which is only shown.
+// A gate that limits the area or the sides alone needs no narrow interval of the distance, which is only shown.
 inline constexpr Tolerance kToleranceOfArea{std::nullopt, 1e-3, 0.1};
 
 // `candidate` is mesh a, `baseline` mesh b: a_to_b is from the candidate to the baseline.
@@ -61,6 +67,7 @@ struct Gate {
   Limit limit;                          // max_distance
   std::optional<AreaLimit> area_limit;  // max_share_beyond; its distance has the unit of `limit`, where both are given
   std::vector<RegionLimit> regions;     // max_distance is the limit of the rest
+  std::optional<ZoneLimit> zone;        // in the unit of the other limits
   Limit uncertainty;                    // of the distances, ISO 14253-1; in the unit of the limits
   // Holds direction, strategy, points, tolerance, threads and the declared units; options_of() adds the limits.
   api::ComparisonOptions options = gate_options();
@@ -79,13 +86,16 @@ struct Gate {
 struct Limits {
   std::optional<double> max_distance;
   std::optional<api::ShareLimit> max_share_beyond;
+  std::optional<SideOptions::Zone> zone{};
   double uncertainty = 0;
   std::vector<Region> regions{};
 };
 
 // The distance that has the gate's unit.
 inline const Limit& main_limit(const Gate& gate) {
-  return gate.limit.is_given() || !gate.area_limit ? gate.limit : gate.area_limit->distance;
+  if (gate.limit.is_given()) return gate.limit;
+  if (gate.area_limit) return gate.area_limit->distance;
+  return gate.zone ? gate.zone->outside : gate.limit;
 }
 
 // Whether limits_of() needs the diagonal.
@@ -103,6 +113,7 @@ inline Limits limits_of(const Gate& gate, double baseline_diagonal) {
     Region& region = limits.regions.emplace_back(one.region);
     if (one.limit.is_given()) region.max_distance = length(one.limit);
   }
+  if (gate.zone) limits.zone = {length(gate.zone->inside), length(gate.zone->outside)};
   limits.uncertainty = length(gate.uncertainty);
   return limits;
 }
@@ -113,6 +124,7 @@ inline api::ComparisonOptions options_of(const Gate& gate, const Limits& limits)
   options.max_distance = limits.max_distance;
   options.max_share_beyond = limits.max_share_beyond;
   options.regions = limits.regions;
+  options.zone = limits.zone;
   options.uncertainty = limits.uncertainty;
   options.units.limit = main_limit(gate).unit;
   options.units.limit_of_b = has_diagonal_share(gate);

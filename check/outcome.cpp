@@ -62,6 +62,32 @@ std::optional<ShareBeyond> share_from(const Json& document, const api::ShareLimi
   return is_interval ? std::optional(std::move(share)) : std::nullopt;
 }
 
+ZoneReached::Side side_from(const Json& sides, const char* name, double limit) {
+  ZoneReached::Side side{limit, 0, std::numeric_limits<double>::infinity(), {}, 0};
+  const Json& found = sides.at(name);
+  if (found.is_null()) return side;
+  side.lower = found.at("lower").get<double>();
+  if (!found.at("upper").is_null()) side.upper = found.at("upper").get<double>();
+  if (const Json& p = found.at("point_a"); !p.is_null()) {
+    side.at = Vec3(p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>());
+    side.triangle = found.at("triangle_a").get<std::uint32_t>();
+  }
+  return side;
+}
+
+// nullopt: the document has no valid sides.
+std::optional<ZoneReached> zone_from(const Json& document, const SideOptions::Zone& limit) try {
+  const Json& sides = document.at("sides");
+  ZoneReached zone{side_from(sides, "inside", limit.inside), side_from(sides, "outside", limit.outside), "",
+                   sides.at("status").get<std::string>()};
+  if (!sides.at("refused").is_null()) zone.refused = sides.at("refused").at("detail").get<std::string>();
+  if (zone.refused.starts_with("mesh b")) zone.refused.replace(0, 6, "the baseline");
+  const auto is_interval = [](const auto& side) { return side.lower >= 0 && side.lower <= side.upper; };
+  return is_interval(zone.inside) && is_interval(zone.outside) ? std::optional(std::move(zone)) : std::nullopt;
+} catch (const Json::exception&) {
+  return std::nullopt;
+}
+
 Verdict worst(const std::vector<Criterion>& criteria) {
   const auto is = [](Verdict verdict) { return [=](const Criterion& c) { return c.verdict == verdict; }; };
   if (std::any_of(criteria.begin(), criteria.end(), is(Verdict::fail))) return Verdict::fail;
@@ -129,11 +155,23 @@ Result<Criterion> region_from(const Json& json, const Region& asked, const Limit
   return no_comparison(error.what());
 }
 
+void add_criteria(const ZoneReached& zone, double u, std::vector<Criterion>& criteria) {
+  const auto add = [&](const ZoneReached::Side& side, std::string_view name) {
+    const Verdict verdict =
+        zone.refused.empty() ? verdict_of(side.lower, side.upper, side.limit, u) : Verdict::undecided;
+    criteria.push_back({std::nullopt, u, side.limit, side.lower, side.upper, zone.status, verdict, {}, name});
+  };
+  if (zone.refused.empty()) add(zone.inside, "inside");
+  add(zone.outside, "outside");
+}
+
 // Whether something is known of every limit and every expectation.
 bool bounded(const GateOutcome& outcome) {
   if (!outcome.measured || !std::isfinite(outcome.measured->upper)) return false;
   const auto& share = outcome.measured->share_beyond;
   if (share && share->lower <= 0 && share->upper >= 1) return false;
+  const auto& zone = outcome.measured->zone;
+  if (zone && !(std::isfinite(zone->inside.upper) && std::isfinite(zone->outside.upper))) return false;
   return std::ranges::all_of(outcome.expectations, &Expectation::known);
 }
 
@@ -166,6 +204,7 @@ std::vector<Criterion> criteria_of(const Measured& measured) {
                         measured.status,
                         verdict_of(measured.lower, measured.upper, measured.limit, measured.uncertainty),
                         measured.regions.empty() ? std::string() : std::string(api::kRest)});
+  if (measured.zone) add_criteria(*measured.zone, measured.uncertainty, criteria);
   criteria.insert(criteria.end(), measured.regions.begin(), measured.regions.end());
   if (measured.share_beyond) criteria.push_back(criterion_of(*measured.share_beyond, measured.uncertainty));
   return criteria;
@@ -182,6 +221,7 @@ Criterion foremost(const Measured& measured) {
 }
 
 std::string Criterion::distance_name() const {
+  if (!side.empty()) return "distance " + std::string(side);
   if (region.empty()) return "distance";
   return region == api::kRest ? "distance in no region" : "distance in " + region;
 }
@@ -212,7 +252,17 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
     if (!region) return region.error();
     measured.regions.push_back(*std::move(region));
   }
-  measured.limit = limits.max_distance ? *limits.max_distance : limits.max_share_beyond->distance;
+  if (limits.zone) {
+    measured.zone = zone_from(document, *limits.zone);
+    if (!measured.zone) return no_comparison("it does not say how far the candidate is on each side");
+  }
+  if (limits.max_distance) {
+    measured.limit = *limits.max_distance;
+  } else if (limits.max_share_beyond) {
+    measured.limit = limits.max_share_beyond->distance;
+  } else if (limits.zone) {
+    measured.limit = std::max(limits.zone->inside, limits.zone->outside);
+  }
   measured.lower = facts->lower;
   measured.upper = facts->upper;
   measured.units = facts->units;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -45,6 +46,20 @@ struct ShareBeyond {
   std::string status;  // why its narrowing ended: "complete", "timeout", ...
 };
 
+// How far the candidate reaches on both sides of the baseline; lengths in the unit of the result.
+struct ZoneReached {
+  struct Side {
+    double limit = 0;  // of the request
+    double lower = 0;
+    double upper = std::numeric_limits<double>::infinity();
+    std::optional<Vec3> at;      // a point of the candidate that is `lower` or more on that side
+    std::uint32_t triangle = 0;  // that holds it
+  };
+  Side inside, outside;
+  std::string refused;  // why the baseline has no sides; empty: it has
+  std::string status;   // why the work ended
+};
+
 // One limit of a gate, and the interval of what it limits.
 struct Criterion {
   std::optional<double> beyond;  // the limit is of the area that is farther than this; nullopt: of the distance
@@ -54,21 +69,23 @@ struct Criterion {
   double upper = 0;
   std::string status;  // why the work on it ended
   Verdict verdict = Verdict::undecided;
-  std::string region{};  // of the gate; "rest": what is in none of its regions; empty: of the whole surface
+  std::string region{};     // of the gate; "rest": what is in none of its regions; empty: of the whole surface
+  std::string_view side{};  // "inside", "outside": of the distance on that side of the baseline; empty: of all
 
   bool is_of_region() const { return !region.empty() && region != api::kRest; }
-  // "distance", "distance in bore", "distance in no region".
+  // "distance", "distance in bore", "distance in no region", "distance inside".
   std::string distance_name() const;
 };
 
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
 struct Measured {
   nlohmann::ordered_json document;  // JSON of the whole comparison
-  double limit = 0;                 // max_distance of the request, else the distance of max_share_beyond
+  double limit = 0;  // max_distance of the request, else the distance of max_share_beyond, else the larger of zone
   bool has_max_distance = true;
   double uncertainty = 0;  // of the request
   std::optional<ShareBeyond> share_beyond;
   std::vector<Criterion> regions;  // of the gate; then what follows is of the rest
+  std::optional<ZoneReached> zone;
   double lower = 0;
   double upper = 0;
   api::UnitPlan units;                   // units of the meshes as read, and of every length here
@@ -95,7 +112,8 @@ Result<Measured> measured_from(nlohmann::ordered_json document, const Limits& li
 // cloud, so a candidate without triangles must be declared by Gate::cloud, unless its format holds clouds alone.
 std::optional<Error> undeclared_cloud(const Gate& gate, const nlohmann::ordered_json& document);
 
-// Returns the limits of the gate: of the distance, of the distance in each region, of the area. At least one.
+// Returns the limits of the gate: of the distance, inside, outside, of the distance in each region, of the area. At
+// least one. A baseline without sides has the limit outside alone, and nothing is known of it.
 std::vector<Criterion> criteria_of(const Measured& measured);
 
 // Returns the one to show where there is room for one: it has the verdict of the gate, and comes nearest to its limit.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "api/area_json.h"
 #include "api/decimal.h"
 #include "api/names.h"
 #include "api/with_unit.h"
@@ -60,6 +61,17 @@ std::string area_lines(const char* name, const std::optional<AreaBounds>& found,
 std::string to_table(const AreaOutcome& areas, const std::optional<api::LengthUnit>& unit) {
   return area_lines("a to b", areas.a_to_b, areas.options, unit) +
          area_lines("b to a", areas.b_to_a, areas.options, unit);
+}
+
+std::string to_table(const SideOutcome& sides, const std::optional<api::LengthUnit>& unit) {
+  std::string out =
+      "certified a to b: by side of b, lower .. upper" + (unit ? api::with_unit(", in", unit) : std::string()) + "\n";
+  if (sides.refused) return out + area_line("none", api::in_words(*sides.refused, unit));
+  out += area_line("outside", length_range({sides.outside.lower, sides.outside.upper}));
+  out += area_line("inside", length_range({sides.inside.lower, sides.inside.upper}));
+  if (sides.stop != AreaStop::complete)
+    out += area_line("ended by", std::string(api::name_of(api::kAreaStops, sides.stop)));
+  return out;
 }
 
 }  // namespace meshgauge::cli

@@ -67,15 +67,17 @@ Result<Done> set_names(const CheckFlags& flags, Options& options) {
 }
 
 Result<Done> set_limits(const CheckFlags& flags, check::Gate& gate) {
-  if (!flags.max_distance && !flags.max_share_beyond)
-    return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond");
+  if (!flags.max_distance && !flags.max_share_beyond && !flags.zone)
+    return bad_flag("--max-distance",
+                    "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond or --zone");
   if (auto ok = read_flag("--max-distance", flags.max_distance, check::parse_limit, gate.limit); !ok) return ok;
   if (auto ok = read_flag("--max-share-beyond", flags.max_share_beyond, check::parse_area_limit, gate.area_limit); !ok)
     return ok;
+  if (auto ok = read_flag("--zone", flags.zone, check::parse_zone, gate.zone); !ok) return ok;
   if (auto ok = read_flag("--uncertainty", flags.uncertainty, check::parse_limit, gate.uncertainty); !ok) return ok;
   if (auto ok = read_flag("--regions", flags.regions, check::parse_regions, gate.regions); !ok) return ok;
   const auto ok = check::check_limits(gate);
-  return ok ? ok : bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
+  return ok ? ok : bad_flag(flag_beside(flags.uncertainty, flags.zone), ok.error().message);
 }
 
 Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
@@ -86,8 +88,8 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   if (flags.update_baselines) return gate;  // a limit is not needed
-  if (auto ok = set_limits(flags, gate); !ok) return ok.error();
   if (auto ok = set_names(flags, gate.options); !ok) return ok.error();
+  if (auto ok = set_limits(flags, gate); !ok) return ok.error();
   if (auto ok = set_units(flags.units, gate.options.units); !ok) return ok.error();
   if (auto ok = set_align(flags.align, gate.options.align); !ok) return ok.error();
   gate.cloud = flags.cloud;
@@ -98,6 +100,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
 Result<Done> fit_manifest(const CheckFlags& flags) {
   const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
                                                 {"--max-share-beyond", flags.max_share_beyond.has_value()},
+                                                {"--zone", flags.zone.has_value()},
                                                 {"--uncertainty", flags.uncertainty.has_value()},
                                                 {"--regions", flags.regions.has_value()},
                                                 {"--unit", flags.units.both.has_value()},
@@ -177,6 +180,8 @@ void declare_measuring(CLI::App& command, CheckFlags& flags) {
                      "The largest distance that passes: '0.05', '0.05 mm', or '0.5 %' of the baseline's diagonal");
   command.add_option("--max-share-beyond", flags.max_share_beyond,
                      "The largest share of the area that may be farther than a distance: '0.05 mm: 1 %'");
+  command.add_option("--zone", flags.zone,
+                     "How far CANDIDATE may be inside and outside of BASELINE, a closed mesh: '-0.05 mm, 0.1 mm'");
   command.add_option("--uncertainty", flags.uncertainty,
                      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
   command.add_option("--regions", flags.regions, kRegionsHelp);

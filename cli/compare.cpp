@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "api/gate.h"
 #include "api/measured_pair.h"
 #include "api/mesh_file.h"
 #include "api/names.h"
@@ -42,10 +43,11 @@ struct Flags {
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
-  std::optional<std::string> max_distance, max_share_beyond, uncertainty, regions, align;
+  std::optional<std::string> max_distance, max_share_beyond, zone, uncertainty, regions, align;
   std::vector<double> beyond, quantiles;
   std::optional<double> share_tolerance, length_tolerance;
   bool mean = false;
+  bool sides = false;
   UnitFlags units;
   double timeout_ms = 30'000;
   double threads = 0;
@@ -111,18 +113,23 @@ Result<Done> set_limits(const Flags& flags, api::ComparisonOptions& options) {
     return ok;
   if (gate.area_limit && gate.area_limit->distance.max_diagonal_share)
     return bad_flag("--max-share-beyond", "the distance must be a length, such as 0.05 mm, not a share");
+  if (auto ok = read_flag("--zone", flags.zone, check::parse_zone, gate.zone); !ok) return ok;
+  if (gate.zone && (gate.zone->inside.max_diagonal_share || gate.zone->outside.max_diagonal_share))
+    return bad_flag("--zone", "both limits must be lengths, such as -0.05 mm, 0.1 mm, not shares");
   if (auto ok = read_flag("--uncertainty", flags.uncertainty, check::parse_length, gate.uncertainty); !ok) return ok;
   if (auto ok = read_flag("--regions", flags.regions, check::parse_regions, gate.regions); !ok) return ok;
   if (const auto ok = check::check_limits(gate); !ok)
-    return bad_flag(flags.uncertainty ? "--uncertainty" : "--max-share-beyond", ok.error().message);
+    return bad_flag(flag_beside(flags.uncertainty, flags.zone), ok.error().message);
   const check::Limits limits = check::limits_of(gate, 0);
   options.max_distance = limits.max_distance;
   options.max_share_beyond = limits.max_share_beyond;
   options.regions = limits.regions;
+  options.zone = limits.zone;
   options.uncertainty = limits.uncertainty;
   if (auto ok = api::check_limits_of_regions(options, "--regions"); !ok) return ok;
   options.units.limit = check::main_limit(gate).unit;
-  if (flags.fast && !has_limit(options)) return bad_flag("--fast", "needs --max-distance or --max-share-beyond");
+  if (flags.fast && !has_limit(options))
+    return bad_flag("--fast", "needs --max-distance, --max-share-beyond or --zone");
   options.narrow = has_limit(options) && !flags.fast;
   return Done{};
 }
@@ -169,6 +176,13 @@ Result<Done> set_areas(const Flags& flags, Options& options) {
   return options.areas = std::move(asked), Done{};
 }
 
+Result<Done> set_sides(const Flags& flags, api::ComparisonOptions& options) {
+  if (flags.sides) options.sides.emplace();
+  const char* name = flags.zone ? "--zone" : "--sides";
+  const auto ok = api::check_sides(options, name);
+  return ok ? ok : refused(ok.error().message, "", name);
+}
+
 Result<Done> set_machine(const Flags& flags, Options& options) {
   auto threads = api::in_range(flags.threads, {0, api::kThreadsRange.high, true}, "--threads");
   if (!threads) return threads.error();
@@ -191,6 +205,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_limits(flags, options); !ok) return ok.error();
   if (auto ok = set_units(flags.units, options.units); !ok) return ok.error();
   if (auto ok = set_areas(flags, options); !ok) return ok.error();
+  if (auto ok = set_sides(flags, options); !ok) return ok.error();
   if (auto ok = set_statistics(flags, options); !ok) return ok.error();
   if (auto ok = set_machine(flags, options); !ok) return ok.error();
   if (auto ok = set_align(flags.align, options.align); !ok) return ok.error();
@@ -282,6 +297,8 @@ void add_compare(CLI::App& app, int& exit_code) {
                      "Gate: stop when the distance is known to pass or fail; '0.05', or '0.05 mm'");
   command.add_option("--max-share-beyond", flags->max_share_beyond,
                      "Gate: the largest share of the area that may be farther than a distance; '0.05 mm: 1 %'");
+  command.add_option("--zone", flags->zone,
+                     "Gate: how far A may be inside and outside of B, a closed mesh; '-0.05 mm, 0.1 mm'");
   command.add_option("--uncertainty", flags->uncertainty,
                      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
   command.add_option("--regions", flags->regions, kRegionsHelp);
@@ -307,6 +324,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--share-tolerance", flags->share_tolerance, "Width of a certified share; else 0.001");
   command.add_option("--length-tolerance", flags->length_tolerance,
                      "Width of a certified quantile or mean, relative to it; else 0.01");
+  command.add_flag("--sides", flags->sides, "Certify how far A reaches outside and inside of B, which must be closed");
   command.add_flag("--statistics", flags->statistics, "Also sample mean, RMS, quantiles and a histogram");
   command.add_option("--samples", flags->samples, "Points sampled in each direction, 1000 to 1000000; else 100000");
   command.add_option("--seed", flags->seed, "Another one samples other points; else 1");

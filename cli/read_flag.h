@@ -34,4 +34,9 @@ inline Result<Done> set_align(const std::optional<std::string>& text, std::optio
   return to = *asked, Done{};
 }
 
+// The flag that is named where limits do not fit each other.
+inline const char* flag_beside(const std::optional<std::string>& uncertainty, const std::optional<std::string>& zone) {
+  return uncertainty ? "--uncertainty" : zone ? "--zone" : "--max-share-beyond";
+}
+
 }  // namespace meshgauge::cli

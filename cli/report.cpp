@@ -91,6 +91,9 @@ std::string limits_of(const api::ComparisonOptions& options, const Unit& unit) {
   if (const auto& limit = options.max_share_beyond)
     text += (text.empty() ? "" : ", ") + shortest(100 * limit->share) + " % of the area beyond " +
             api::with_unit(shortest(limit->distance), unit);
+  if (const auto& zone = options.zone)
+    text += (text.empty() ? "" : ", ") + api::with_unit(shortest(zone->inside), unit) + " inside, " +
+            api::with_unit(shortest(zone->outside), unit) + " outside";
   return text + (options.uncertainty > 0 ? ", uncertainty " + api::with_unit(shortest(options.uncertainty), unit) : "");
 }
 
@@ -122,7 +125,7 @@ void add_times(std::string& out, const Comparison& comparison) {
          comparison.times.total, comparison.times.read_a, comparison.times.read_b, engine.build, engine.traverse,
          engine.reduce, engine.certify);
   if (comparison.alignment) append(out, ", align %.1f", comparison.times.align);
-  if (comparison.outcome.areas) append(out, ", areas %.1f", engine.areas);
+  if (comparison.outcome.areas || comparison.outcome.sides) append(out, ", areas %.1f", engine.areas);
   if (comparison.outcome.statistics) append(out, ", statistics %.1f", engine.statistics);
   out += "\n";
 }
@@ -152,6 +155,7 @@ std::string to_table(const Comparison& comparison) {
   add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);
   add_direction(out, "b to a", outcome.b_to_a, comparison.b, unit);
   if (outcome.areas) out += to_table(*outcome.areas, unit);
+  if (outcome.sides) out += to_table(*outcome.sides, unit);
   if (outcome.statistics) out += to_table(*outcome.statistics, unit);
   add_mesh(out, "mesh a", comparison.a, comparison.units.a);
   add_mesh(out, "mesh b", comparison.b, comparison.units.b);

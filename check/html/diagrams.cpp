@@ -117,7 +117,7 @@ std::string interval_drawing(const Criterion& criterion, const std::string& unit
       what + " is between " + text.lower + " and " + text.upper + (criterion.beyond ? " %" : "") + "; the limit is " +
           text.limit + (criterion.beyond ? " %" : "") + (axis.logarithmic ? ". Logarithmic axis." : ". Linear axis."),
       out);
-  if (!criterion.beyond && criterion.region.empty()) return svg;
+  if (!criterion.beyond && criterion.region.empty() && criterion.side.empty()) return svg;
   return "<figure><figcaption>" + escaped(what) + "</figcaption>" + svg + "</figure>";
 }
 

@@ -173,6 +173,8 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
   const std::string unit = criterion.beyond ? "%" : outcome.unit(), by = margin(criterion);
   const std::string end = (by.empty() ? "" : ", " + by) + ". ";
   const bool is_pass = criterion.verdict == Verdict::pass;
+  if (!criterion.side.empty() && !outcome.measured->zone->refused.empty())
+    return "Not decided: nothing is inside or outside of the baseline. " + outcome.measured->zone->refused + ". ";
   if (criterion.verdict == Verdict::undecided) {
     const std::string of = criterion.beyond ? "share of the area farther than " +
                                                   with_unit(to_digits(*criterion.beyond, 6), outcome.unit())
@@ -210,8 +212,12 @@ std::string limit_text(const GateOutcome& outcome) {
   const auto& measured = outcome.measured;
   const auto criteria = measured ? criteria_of(*measured) : std::vector<Criterion>{};
   std::string text;
-  if (outcome.gate.limit.is_given() || !outcome.gate.area_limit)
+  const auto& zone = outcome.gate.zone;
+  if (outcome.gate.limit.is_given() || !(outcome.gate.area_limit || zone))
     text = length_text(outcome, outcome.gate.limit, criteria.empty() ? "" : figures_of(criteria.front()).limit);
+  if (zone)
+    text += (text.empty() ? "" : ", ") + length_text(outcome, zone->inside, "") + " inside, " +
+            length_text(outcome, zone->outside, "") + " outside";
   if (const auto& area = outcome.gate.area_limit) {
     const std::string beyond = criteria.empty() ? "" : to_digits(*criteria.back().beyond, 6);
     text += (text.empty() ? "" : ", ") + to_digits(100 * area->share, 12) + " % beyond " +

@@ -156,10 +156,11 @@ Entry read_entry(const YamlNode& node, Draft draft, Mistakes& mistakes) {
       mistakes.add(node.place,
                    subject(entry) + " has no " + std::string(key) + ": add '" + std::string(key) + ": ...'");
   }
-  if (!draft.limit_given && !is_misnamed(node, "max_distance") && !is_misnamed(node, "max_share_beyond")) {
+  if (!draft.limit_given && !is_misnamed(node, "max_distance") && !is_misnamed(node, "max_share_beyond") &&
+      !is_misnamed(node, "zone")) {
     mistakes.add(node.place, subject(entry) +
                                  " has no max_distance: give one here or under 'defaults', as 0.05 mm or 0.5 %; or "
-                                 "max_share_beyond");
+                                 "max_share_beyond or zone");
   }
   entry.unmatched_ignored = draft.unmatched_ignored;
   entry.gate = std::move(draft.gate);

@@ -102,6 +102,28 @@ Result<AreaLimit> parse_area_limit(std::string_view text) {
   return AreaLimit{*distance, *share};
 }
 
+Result<Limit> parse_zone_end(std::string_view text, bool is_inside) {
+  const std::string_view end = trimmed(text);
+  const bool is_signed = end.starts_with(is_inside ? '-' : '+');
+  auto limit = parse_limit(is_signed ? trimmed(end.substr(1)) : end);
+  const bool is_zero = limit && limit->max_distance.value_or(0) + limit->max_diagonal_share.value_or(0) == 0;
+  if (limit && is_inside && !is_signed && !is_zero)
+    return refused("must be 0 or below it, as -0.05 mm: it is how far inside; not " + api::shown_text(text));
+  return limit;
+}
+
+Result<ZoneLimit> parse_zone(std::string_view text) {
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos)
+    return refused("must be the limits inside and outside of the baseline (-0.05 mm, 0.1 mm), not " +
+                   api::shown_text(text));
+  const auto inside = parse_zone_end(text.substr(0, comma), true);
+  if (!inside) return refused("the first limit " + inside.error().message);
+  const auto outside = parse_zone_end(text.substr(comma + 1), false);
+  if (!outside) return refused("the second limit " + outside.error().message);
+  return ZoneLimit{*inside, *outside};
+}
+
 Result<Done> check_limits(const Gate& gate) {
   const auto kind = [](const Limit& limit) {
     if (limit.max_diagonal_share) return std::string("is a share of the diagonal");
@@ -115,6 +137,11 @@ Result<Done> check_limits(const Gate& gate) {
   const Limit none;
   const Limit& beyond = gate.area_limit ? gate.area_limit->distance : none;
   if (auto ok = same(beyond, "max_share_beyond: its distance ", gate.limit, "max_distance "); !ok) return ok;
+  if (gate.zone) {
+    const Limit& outside = gate.zone->outside;
+    if (auto ok = same(gate.zone->inside, "zone: its first limit ", outside, "the second "); !ok) return ok;
+    if (auto ok = same(outside, "zone: its second limit ", main_limit(gate), "the other limit "); !ok) return ok;
+  }
   if (auto ok = same(gate.uncertainty, "uncertainty ", main_limit(gate), "the limit "); !ok) return ok;
   for (const RegionLimit& one : gate.regions) {
     const std::string name = "the region " + api::shown_text(one.region.name) + ": its limit ";
@@ -122,7 +149,11 @@ Result<Done> check_limits(const Gate& gate) {
   }
   if (!gate.regions.empty() && !gate.limit.is_given() && gate.area_limit)
     return refused("regions needs max_distance, the limit of what is in no region");
-  return api::check_uncertainty(options_of(gate, limits_of(gate, 1)), "uncertainty");
+  const api::ComparisonOptions options = options_of(gate, limits_of(gate, 1));
+  if (gate.zone && options.direction == Direction::b_to_a)
+    return refused(
+        "zone is about the points of the candidate: the direction must be symmetric or candidate_to_baseline");
+  return api::check_uncertainty(options, "uncertainty");
 }
 
 Result<LengthUnit> parse_unit(std::string_view text) {

@@ -26,7 +26,15 @@ Result<double> parse_share(std::string_view text);
 // Parses max_share_beyond as a flag: a distance as parse_limit(), ':' and a share, "0.05 mm: 1 %".
 Result<AreaLimit> parse_area_limit(std::string_view text);
 
-// Refuses distances of a gate that do not have the same unit, and an uncertainty above a limit.
+// Parses one end of a zone: the limit inside, which is 0 or has a minus ("-0.05 mm"), or that outside, which may have a
+// plus.
+Result<Limit> parse_zone_end(std::string_view text, bool is_inside);
+
+// Parses both, "-0.05 mm, 0.1 mm".
+Result<ZoneLimit> parse_zone(std::string_view text);
+
+// Refuses distances of a gate that do not have the same unit, an uncertainty above a limit, and a zone without the
+// direction from the candidate.
 Result<Done> check_limits(const Gate& gate);
 
 // Parses "mm" or "inches".

@@ -96,6 +96,21 @@ void read_max_share_beyond(const Setting& setting, Draft& draft, Mistakes& mista
   }
 }
 
+void read_zone(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  draft.limit_given = true;
+  const YamlNode& list = setting.value;
+  if (list.kind != Kind::list || list.items.size() != 2)
+    return refuse(setting,
+                  "must be a list of two limits, inside and outside, as [-0.05 mm, 0.1 mm], not " + shown(list),
+                  mistakes);
+  draft.beside = list.place;
+  const auto end = [&](std::size_t i) {
+    const auto parse = [&](std::string_view text) { return parse_zone_end(text, i == 0); };
+    return read_quantity({setting.key, list.items[i]}, parse, "a number", mistakes).value_or(Limit{});
+  };
+  draft.gate.zone = ZoneLimit{end(0), end(1)};
+}
+
 void read_uncertainty(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   draft.beside = setting.value.place;
   if (const auto found = read_quantity(setting, parse_limit, "a number", mistakes)) draft.gate.uncertainty = *found;
@@ -236,6 +251,7 @@ void read_unmatched_baselines(const Setting& setting, Draft& draft, Mistakes& mi
 
 constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"max_share_beyond", read_max_share_beyond},
+                                       {"zone", read_zone},
                                        {"uncertainty", read_uncertainty},
                                        {"regions", read_regions},
                                        {"direction", read_direction},

@@ -18,7 +18,7 @@ struct Draft {
   Gate gate;
   bool unmatched_ignored = false;  // a baseline without a candidate is not a mistake
   bool limit_given = false;        // also set when a limit could not be read, so that it is reported once
-  Place beside;                    // of max_share_beyond, uncertainty or regions; line 0: not given
+  Place beside;                    // of max_share_beyond, zone, uncertainty or regions; line 0: not given
   bool own_strategy = false;
   bool own_points = false;
   Place points;  // line 0: not given

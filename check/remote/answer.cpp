@@ -157,6 +157,7 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& 
   return has_regions(comparison, limits) &&
          same("max_distance", limits.max_distance ? Json(*limits.max_distance) : Json()) &&
          same("max_share_beyond", limits.max_share_beyond ? Json(api::json_of(*limits.max_share_beyond)) : Json()) &&
+         same("zone", limits.zone ? Json(api::json_of(*limits.zone)) : Json()) &&
          same("uncertainty", limits.uncertainty > 0 ? Json(limits.uncertainty) : Json());
 }
 

@@ -14,6 +14,7 @@ Json gate_of(const api::ComparisonOptions& options) {
   Json json = Json::object();
   if (options.max_distance) json["max_distance"] = *options.max_distance;
   if (const auto& limit = options.max_share_beyond) json["max_share_beyond"] = api::json_of(*limit);
+  if (options.zone) json["zone"] = api::json_of(*options.zone);
   if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
   const std::string_view unit = api::limit_unit_name(options.units);
   if (!unit.empty()) json["units"] = unit;

@@ -36,6 +36,14 @@ void add_measured(Properties& properties, const Measured& measured) {
     properties.emplace_back("share_beyond.upper", shortest(share->upper));
     properties.emplace_back("share_beyond.limit", shortest(share->limit.share));
   }
+  if (measured.zone) {
+    for (const auto& [side, name] :
+         {std::pair(&measured.zone->inside, "inside."), std::pair(&measured.zone->outside, "outside.")}) {
+      properties.emplace_back(std::string(name) + "lower", shortest(side->lower));
+      properties.emplace_back(std::string(name) + "upper", shortest(side->upper));
+      properties.emplace_back(std::string(name) + "limit", shortest(side->limit));
+    }
+  }
   properties.emplace_back("status", shown_name(measured.status));
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);
   if (!measured.witness) return;

@@ -121,6 +121,12 @@ Json properties_of(const GateOutcome& outcome) {
                                  {"lower", share->lower},
                                  {"upper", share->upper},
                                  {"limit", share->limit.share}};
+  if (const auto& zone = measured.zone) {
+    const auto side = [](const ZoneReached::Side& found) {
+      return Json{{"lower", found.lower}, {"upper", finite_or_null(found.upper)}, {"limit", found.limit}};
+    };
+    properties["zone"] = {{"inside", side(zone->inside)}, {"outside", side(zone->outside)}};
+  }
   properties["status"] = shown_name(measured.status);
   if (measured.witness) properties["witness"] = witness_json(*measured.witness);
   return properties;

@@ -86,11 +86,17 @@ std::string uncertainty_of(const GateOutcome& outcome, const Criterion& criterio
   return " ± " + with_unit(to_digits(criterion.uncertainty, kDigits), outcome.unit());
 }
 
-// "0.05 mm"; "1 % beyond 0.05 mm".
+// " inside"; empty: the limit is of no side.
+std::string side_of(const Criterion& criterion) {
+  return criterion.side.empty() ? "" : " " + std::string(criterion.side);
+}
+
+// "0.05 mm"; "0.05 mm inside"; "1 % beyond 0.05 mm".
 std::string limit_in_words(const GateOutcome& outcome, const Criterion& criterion) {
   const std::string number = figures_of(criterion).limit;
   if (!criterion.beyond)
-    return length_in_words(outcome, limit_for(outcome, criterion), number) + uncertainty_of(outcome, criterion);
+    return length_in_words(outcome, limit_for(outcome, criterion), number) + uncertainty_of(outcome, criterion) +
+           side_of(criterion);
   return number + " % beyond " +
          length_in_words(outcome, outcome.gate.area_limit->distance, to_digits(*criterion.beyond, kDigits)) +
          uncertainty_of(outcome, criterion);
@@ -116,13 +122,17 @@ std::vector<Criterion> without_regions(const GateOutcome& outcome) {
 
 std::string interval_in_words(const GateOutcome& outcome, const Criterion& criterion) {
   const IntervalText figures = figures_of(criterion);
-  const std::string unit = unit_of(outcome, criterion);
+  const std::string unit = unit_of(outcome, criterion), side = side_of(criterion);
   if (criterion.verdict == Verdict::fail && criterion.upper - criterion.lower > criterion.lower)
-    return "at least " + with_unit(figures.lower, unit);
-  return with_unit(figures.lower + " .. " + figures.upper, unit);
+    return "at least " + with_unit(figures.lower, unit) + side;
+  if (!criterion.side.empty() && !std::isfinite(criterion.upper)) return "no sides";
+  return with_unit(figures.lower + " .. " + figures.upper, unit) + side;
 }
 
 std::string distance_finding(const GateOutcome& outcome, const Criterion& criterion) {
+  const auto& zone = outcome.measured->zone;
+  if (!criterion.side.empty() && !zone->refused.empty())
+    return "nothing is inside or outside of the baseline: " + shown_name(zone->refused);
   const IntervalText figures = figures_of(criterion);
   const std::string limit = limit_in_words(outcome, criterion);
   const std::string range = std::isfinite(criterion.upper)
@@ -177,7 +187,11 @@ std::string limit_of(const GateOutcome& outcome) {
   const auto& area = outcome.gate.area_limit;
   const std::string of_area =
       area ? to_digits(100 * area->share, kDigits) + " % beyond " + length_in_words(outcome, area->distance) : "";
-  return joined(length_in_words(outcome, outcome.gate.limit), of_area, ", ");
+  const auto& zone = outcome.gate.zone;
+  const std::string of_zone =
+      zone ? length_in_words(outcome, zone->inside) + " inside, " + length_in_words(outcome, zone->outside) + " outside"
+           : "";
+  return joined(joined(length_in_words(outcome, outcome.gate.limit), of_zone, ", "), of_area, ", ");
 }
 
 std::string interval_of(const GateOutcome& outcome) {
@@ -187,6 +201,8 @@ std::string interval_of(const GateOutcome& outcome) {
 }
 
 const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion) {
+  if (criterion.side == "inside") return outcome.gate.zone->inside;
+  if (criterion.side == "outside") return outcome.gate.zone->outside;
   for (const RegionLimit& one : outcome.gate.regions) {
     if (one.region.name == criterion.region && one.limit.is_given()) return one.limit;
   }

@@ -24,8 +24,24 @@ std::string longer_timeout(const Gate& gate) {
   return "more threads or a faster machine, since its timeout is the longest there is";
 }
 
+// A point on the side whose limit is exceeded; empty: there is none.
+std::string for_side(const GateOutcome& outcome) {
+  for (const Criterion& criterion : criteria_of(*outcome.measured)) {
+    if (criterion.verdict != Verdict::fail) continue;
+    if (criterion.side.empty()) break;
+    const ZoneReached& zone = *outcome.measured->zone;
+    const ZoneReached::Side& side = criterion.side == "inside" ? zone.inside : zone.outside;
+    if (!side.at) break;
+    return "Look at " + with_unit(text(*side.at), outcome.unit()) + " on triangle " + std::to_string(side.triangle) +
+           " of the candidate: it is " + with_unit(shortest(side.lower), outcome.unit()) + " or more " +
+           std::string(criterion.side) + " of the baseline.";
+  }
+  return "";
+}
+
 std::string for_fail(const GateOutcome& outcome) {
   const Measured& measured = *outcome.measured;
+  if (const std::string advice = for_side(outcome); !advice.empty()) return advice;
   const auto& witness = measured.witness;
   const std::string unit = outcome.unit();
   if (!witness) return "";
@@ -66,6 +82,8 @@ bool is_open_for_ever(const Criterion& criterion) {
 }
 
 std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion) {
+  if (!criterion.side.empty() && !outcome.measured->zone->refused.empty())
+    return "Close the baseline and let its triangles face outwards, or leave the zone out.";
   if (criterion.status == "no_area") return "A mesh has no area: all its triangles are degenerate.";
   if (criterion.beyond && criterion.status == "precision_floor")
     return "Decided by another distance than " + with_unit(shortest(*criterion.beyond), outcome.unit()) +

@@ -27,6 +27,13 @@ Json json_of(const AreaLimit& area, const GateOutcome& outcome) {
           {"share", area.share}};
 }
 
+// [-inside, outside], as measured or as far as the manifest says it.
+Json json_of(const ZoneLimit& zone, const GateOutcome& outcome) {
+  if (outcome.measured) return {0 - outcome.measured->zone->inside.limit, outcome.measured->zone->outside.limit};
+  const auto& inside = zone.inside.max_distance;
+  return {inside ? Json(0 - *inside) : Json(nullptr), or_null(zone.outside.max_distance)};
+}
+
 Json limits_of(const GateOutcome& outcome) {
   const Gate& gate = outcome.gate;
   const bool is_known = outcome.measured && outcome.measured->has_max_distance;
@@ -36,6 +43,7 @@ Json limits_of(const GateOutcome& outcome) {
   if (gate.uncertainty.is_given())
     json["uncertainty"] =
         outcome.measured ? Json(outcome.measured->uncertainty) : or_null(gate.uncertainty.max_distance);
+  if (gate.zone) json["zone"] = json_of(*gate.zone, outcome);
   if (gate.area_limit) json["max_share_beyond"] = json_of(*gate.area_limit, outcome);
   return json;
 }
@@ -62,6 +70,14 @@ Json distance(const std::optional<Measured>& measured) {
 // Nothing for a gate without such a limit.
 void add_share(const std::optional<ShareBeyond>& share, Json& json) {
   if (share) json["share_beyond"] = {{"lower", share->lower}, {"upper", share->upper}, {"limit", share->limit.share}};
+}
+
+void add_zone(const ZoneReached& zone, Json& json) {
+  const auto side = [&](const ZoneReached::Side& found) -> Json {
+    if (!zone.refused.empty()) return nullptr;
+    return {{"lower", found.lower}, {"upper", found.upper}, {"point", found.at ? json_of(*found.at) : Json(nullptr)}};
+  };
+  json["zone"] = {{"inside", side(zone.inside)}, {"outside", side(zone.outside)}, {"refused", or_null(zone.refused)}};
 }
 
 Json json_of(const std::vector<PastRun>& runs) {
@@ -128,6 +144,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"comparison", measured ? measured->document : Json(nullptr)}};
   if (measured) add_share(measured->share_beyond, json);
   if (measured && !measured->regions.empty()) json["regions"] = regions_json(*measured);
+  if (measured && measured->zone) add_zone(*measured->zone, json);
   return json;
 }
 

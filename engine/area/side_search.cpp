@@ -25,6 +25,28 @@ constexpr std::size_t kMostChosen = std::size_t{1} << 15;
 constexpr std::size_t kVerticesASeed = 64;  // consecutive ones, of which the farthest is a seed
 constexpr std::size_t kMostSeeds = 512;
 
+// The maximum of `high` where low <= 0: at a corner, or where low passes 0 on an edge. 0: nowhere. R12 bounds the error
+// of a quotient and a sum.
+double most_where_not_above(const Linear& low, const Linear& high) {
+  double found = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (low[i] > 0) continue;
+    found = std::max(found, high[i]);
+    for (const std::size_t j : {(i + 1) % 3, (i + 2) % 3}) {
+      if (low[j] <= 0) continue;
+      const double at = low[i] / (low[i] - low[j]);
+      found = std::max(found, high[i] + at * (high[j] - high[i]) + rounding::kCutValueSlack);
+    }
+  }
+  return found;
+}
+
+void limit_other_side(SidePart& part) {
+  if (!part.side) return;
+  double& other = part.upper[1 - *part.side];
+  other = std::min(other, most_where_not_above(part.part.enclosure.low, part.part.enclosure.high));
+}
+
 }  // namespace
 
 SideSearch::SideSearch(const AreaDirection& direction, const SideOptions& asked, double uncertainty)
@@ -68,7 +90,7 @@ bool SideSearch::leave_out_within() {
   const bool is_whole = each_unless(stop_, places->size(), [&](std::uint32_t t) {
     if ((*places)[t] != Place::within) rest.push_back(t);
   });
-  if (rest.size() < places->size()) close(low, SidePart::kBoth);
+  if (rest.size() < places->size()) close({low, low});
   pieces_ += places->size() - rest.size();
   rest_ = std::move(rest);
   return is_whole;
@@ -94,9 +116,7 @@ void SideSearch::seed() {
   for (const std::uint32_t v : seeds) {
     if (corners_[v].slot == Nearest::kNone || stop_()) break;
     Learnt learnt;
-    SidePart any;
-    any.triangle = v;  // the vertex, until below
-    reach(corners_[v], bounders_[0].slack_low(0), any, learnt, work_);
+    reach(corners_[v], bounders_[0].slack_low(0), v, learnt, work_);  // the vertex, until below
     take(learnt);
   }
   for (Reached& reached : reached_) {
@@ -126,6 +146,7 @@ std::optional<AreaStop> SideSearch::bound_triangles() {
         part.triangle = rest_ ? (*rest_)[i] : static_cast<std::uint32_t>(i);
         const Triangle& t = in_.from.triangles[part.triangle];
         part.part = bounders_[worker].whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, 0, work);
+        part.upper.fill(most(part.part.enclosure.high));
       }
     });
     pieces_ += parts.size();
@@ -153,7 +174,7 @@ std::vector<std::size_t> SideSearch::choose() {
     const bool needs_more = excess(part) > 0;
     if (needs_more && !part.is_at_floor) return false;
     at_floor_ = at_floor_ || needs_more;
-    close(most(part.part.enclosure.high), part.sides);
+    close(part.upper);
     return true;
   });
   std::vector<std::pair<double, std::size_t>> by_excess;
@@ -195,21 +216,9 @@ bool SideSearch::refine(const std::vector<std::size_t>& chosen) {
 void SideSearch::refine_one(PartBounder& bounder, Refined& refined, Work& work) const {
   SidePart& part = refined.first;
   if (!part.part.has_low) {
-    const double slack = bounder.slack_low(part.part.depth);
-    const auto by_distance = [](const Corner& a, const Corner& b) { return a.distance < b.distance; };
-    const auto [nearest, farthest] =
-        std::minmax_element(part.part.corners.begin(), part.part.corners.end(), by_distance);
-    // A lower function is at most the distances of the corners.
-    if (part.sides == SidePart::kBoth && nearest->distance > slack) {
-      if (!bounder.bound_below(part.part, work, &stop_)) refined.learnt.stopped = true;
-      if (least(part.part.enclosure.low) > 0) {
-        if (const auto side = side_of(farthest->point, refined.learnt, work))
-          part.sides = static_cast<std::uint8_t>(1U << *side);
-      }
-    }
-    reach(*farthest, slack, part, refined.learnt, work);
+    find_side(bounder, part, refined.learnt, work);
     part.part.has_low = true;
-    if (part.sides != SidePart::kBoth || refined.learnt.stopped) return;
+    if (refined.learnt.stopped || excess(part) <= 0) return;
   }
   if (!bounder.can_narrow(part.part)) {
     part.is_at_floor = true;
@@ -224,6 +233,28 @@ void SideSearch::refine_one(PartBounder& bounder, Refined& refined, Work& work) 
   refined.is_split = true;
   part.part = (*halves)[0];
   refined.second.part = (*halves)[1];
+  for (SidePart* half : {&part, &refined.second}) {
+    for (double& upper : half->upper) upper = std::min(upper, most(half->part.enclosure.high));
+    limit_other_side(*half);
+  }
+}
+
+// Also learns the distance of the farthest corner. A lower function is at most the distances of the corners.
+void SideSearch::find_side(PartBounder& bounder, SidePart& part, Learnt& learnt, Work& work) const {
+  const auto& corners = part.part.corners;
+  const double slack = bounder.slack_low(part.part.depth);
+  const auto& farthest = *std::max_element(corners.begin(), corners.end(),
+                                           [](const Corner& a, const Corner& b) { return a.distance < b.distance; });
+  if (!(farthest.distance > slack)) return;
+  if (!part.side || least(part.part.enclosure.low) <= 0) {
+    if (!bounder.bound_below(part.part, work, &stop_)) learnt.stopped = true;
+    const Linear& low = part.part.enclosure.low;
+    const auto highest = static_cast<std::size_t>(std::max_element(low.begin(), low.end()) - low.begin());
+    part.side.reset();
+    if (low[highest] > 0) part.side = side_of(corners[highest].point, learnt, work);
+    limit_other_side(part);
+  }
+  reach(farthest, slack, part.triangle, learnt, work);
 }
 
 // The side of a point whose exact image is not on B, nor anything between both. nullopt: unknown.
@@ -236,25 +267,21 @@ std::optional<std::size_t> SideSearch::side_of(const Vec3& point, Learnt& learnt
 
 // Where the corner is farther than any point known on its side, learns that. `slack`: how far the exact point may be
 // from it. A certified distance above that shows that the exact point is on the side of the corner.
-void SideSearch::reach(const Corner& corner, double slack, const SidePart& of, Learnt& learnt, Work& work) const {
-  const auto is_farther = [&](std::size_t side) {
-    return of.may_be(side) && corner.distance - slack > reached_[side].lower;
-  };
-  if (!is_farther(kOutside) && !is_farther(kInside)) return;
+void SideSearch::reach(const Corner& corner, double slack, std::uint32_t triangle, Learnt& learnt, Work& work) const {
+  const double known = std::min(reached_[kOutside].lower, reached_[kInside].lower);
+  if (corner.distance - slack <= known) return;
+  Learnt here;
+  const auto side = side_of(corner.point, here, work);
+  if (!side && !here.turned) return;
+  if (side && corner.distance - slack <= reached_[*side].lower) return;
   const auto below = certified_distance_below(in_.to, corner.point, &stop_);
   if (!below) {
     learnt.stopped = true;
     return;
   }
   const double lower = rounding::subtract_down(*below, slack);
-  if (!(lower > 0)) return;
-  std::optional<std::size_t> side;
-  if (of.sides == SidePart::kBoth) {
-    side = side_of(corner.point, learnt, work);
-  } else {
-    side = of.may_be(kOutside) ? kOutside : kInside;
-  }
-  if (side && lower > reached_[*side].lower) learnt.reached[*side] = Reached{lower, corner.point, of.triangle};
+  if (lower > 0 && here.turned) learnt.turned = here.turned;
+  if (side && lower > reached_[*side].lower) learnt.reached[*side] = Reached{lower, corner.point, triangle};
 }
 
 void SideSearch::take(const Learnt& learnt) {
@@ -283,27 +310,14 @@ double SideSearch::goal(std::size_t side) const {
 
 // By how much it may exceed what is asked; <= 0: it needs no more work.
 double SideSearch::excess(const SidePart& part) const {
-  const double upper = most(part.part.enclosure.high);
-  double excess = -std::numeric_limits<double>::infinity();
-  for (std::size_t side = 0; side < 2; ++side) {
-    if (part.may_be(side)) excess = std::max(excess, upper - goal(side));
-  }
-  return excess;
+  return std::max(part.upper[kOutside] - goal(kOutside), part.upper[kInside] - goal(kInside));
 }
 
-void SideSearch::close(double upper, std::uint8_t sides) {
-  for (std::size_t side = 0; side < 2; ++side) {
-    if ((sides >> side & 1) != 0) closed_[side] = std::max(closed_[side], upper);
-  }
+void SideSearch::close(const std::array<double, 2>& upper) {
+  for (const std::size_t side : {kOutside, kInside}) closed_[side] = std::max(closed_[side], upper[side]);
 }
 
-void SideSearch::keep(SidePart&& part) {
-  if (excess(part) > 0) {
-    open_.push_back(std::move(part));
-  } else {
-    close(most(part.part.enclosure.high), part.sides);
-  }
-}
+void SideSearch::keep(SidePart&& part) { excess(part) > 0 ? open_.push_back(std::move(part)) : close(part.upper); }
 
 bool SideSearch::over_budget() const {
   constexpr std::size_t kNotes = 40;  // those of choose(), and for the blocks of a deque
@@ -324,9 +338,7 @@ SideOutcome SideSearch::result(AreaStop stop) const {
   if (turned_) found.refused = NoSides{NoSides::Why::part_inside_out, in_.frame.from_frame(*turned_)};
   std::array<double, 2> upper = is_covered_ ? closed_ : std::array{in_.most, in_.most};
   for (const SidePart& part : open_) {
-    for (std::size_t side = 0; side < 2; ++side) {
-      if (part.may_be(side)) upper[side] = std::max(upper[side], most(part.part.enclosure.high));
-    }
+    for (const std::size_t side : {kOutside, kInside}) upper[side] = std::max(upper[side], part.upper[side]);
   }
   const int exponent = in_.frame.exponent();
   for (const std::size_t side : {kOutside, kInside}) {

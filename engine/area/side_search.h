@@ -4,8 +4,8 @@
 //  2. The distance of each vertex of the others. The sides of the farthest ones give the first lower bounds.
 //  3. An upper function for each triangle (part.h). What cannot exceed what is asked of the sides that it may lie on is
 //     closed.
-//  4. Rounds. The parts with the largest upper bounds get a lower function. Above 0 it shows that the part does not
-//     meet B, so that one ray tells the side of all of it. The others, and those whose side is known, are cut.
+//  4. Rounds. The parts with the largest upper bounds get a lower function. Where it is above 0 one ray tells the side,
+//     which bounds the part's distance on the other one. Then they are cut.
 //
 // The intervals hold after each round. Threads share out the parts of a round, and results are taken over in the order
 // of the parts: the same bits for any number of threads, except for what the sweep of step 1 leaves out.
@@ -27,16 +27,17 @@ namespace meshgauge {
 inline constexpr std::size_t kOutside = 0;
 inline constexpr std::size_t kInside = 1;
 
-// A part of A with the sides that it may lie on, one bit each.
+// A part of A.
+//
+// Statement. Let low <= d(.,B) <= high be the linear functions of the part. Then all of its points where low > 0 are on
+// one side of B, and the others are at most as far from B as the largest value of high where low <= 0.
+// Proof. Where low > 0 the part does not meet B, and that set is convex: a half-plane within a triangle.
 struct SidePart {
-  static constexpr std::uint8_t kBoth = 3;
-
   Part part;
+  std::array<double, 2> upper{};    // of the distance of the points on each side
+  std::optional<std::size_t> side;  // of its points where low > 0, or those of the part that it was cut from
   std::uint32_t triangle = 0;
-  std::uint8_t sides = kBoth;
   bool is_at_floor = false;  // rounding allows no narrower bounds
-
-  bool may_be(std::size_t side) const { return (sides >> side & 1) != 0; }
 };
 
 class SideSearch {
@@ -77,13 +78,14 @@ class SideSearch {
   std::vector<std::size_t> choose();
   bool refine(const std::vector<std::size_t>& chosen);
   void refine_one(PartBounder& bounder, Refined& refined, Work& work) const;
+  void find_side(PartBounder& bounder, SidePart& part, Learnt& learnt, Work& work) const;
   std::optional<std::size_t> side_of(const Vec3& point, Learnt& learnt, Work& work) const;
-  void reach(const Corner& corner, double slack, const SidePart& of, Learnt& learnt, Work& work) const;
+  void reach(const Corner& corner, double slack, std::uint32_t triangle, Learnt& learnt, Work& work) const;
   void take(const Learnt& learnt);
   bool is_decided() const;
   double goal(std::size_t side) const;
   double excess(const SidePart& part) const;
-  void close(double upper, std::uint8_t sides);
+  void close(const std::array<double, 2>& upper);
   void keep(SidePart&& part);
   bool over_budget() const;
   AreaStop interrupted() const;

@@ -9,7 +9,7 @@ docs/python.md of the project has the whole story.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from meshgauge import _meshes, _native, _options
@@ -29,6 +29,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             statistics: Union[bool, Mapping[str, int], None] = None,
             areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None,
             max_share_beyond: Optional[Mapping[str, Any]] = None,
+            zone: Optional[Sequence[_options.Length]] = None,
+            sides: Union[bool, Mapping[str, float], None] = None,
             uncertainty: Optional[_options.Length] = None,
             regions: Optional[Iterable[Mapping[str, Any]]] = None, align: Any = None) -> Result:
     """Measures how far two meshes are apart, in this process.
@@ -64,6 +66,10 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         regions: parts that are measured each by itself (Result.regions): {"name": "bore", "box": {"min": [0, 0, 0],
             "max": [10, 10, 25]}, "max_distance": "0.02 mm"}, or with "sphere": {"centre": [0, 0, 40], "radius": 5};
             coordinates in the unit of the result. max_distance is then the limit of the rest.
+        zone: ("-0.05 mm", "0.1 mm"): limits of how far a is inside and outside of b, a closed mesh, beside other limits
+            or alone (Result.document["sides"]).
+        sides: True also certifies how far a reaches outside and inside of b (Result.document["sides"]); a mapping may
+            set "length_tolerance".
         uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
         align: moves a before it is measured (Result.document["alignment"]). "rigid": by the best fit; a 4x4 matrix: by
             that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
@@ -81,7 +87,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
         statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
-        uncertainty=uncertainty, regions=regions, align=align)
+        zone=zone, sides=sides, uncertainty=uncertainty, regions=regions, align=align)
     return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
 
 

@@ -37,7 +37,17 @@ def _length(value: Length, name: str) -> tuple[float, str]:
     return number(found[1], name), found[2]
 
 
+def _signed_length(value: Length, name: str) -> tuple[float, str]:
+    """As _length(), for a number that may have a sign."""
+    if not isinstance(value, str):
+        return number(value, name), ""
+    text = value.strip()
+    size, unit = _length(text[1:] if text[:1] in ("-", "+") else text, name)
+    return -size if text.startswith("-") else size, unit
+
+
 def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mapping[str, Any]] = None,
+         zone: Optional[Sequence[Length]] = None,
          uncertainty: Optional[Length] = None, units: Optional[set[str]] = None) -> dict[str, Any]:
     """The limits, of which one is given at least, and the uncertainty of the distances. `units`: of other limits."""
     sent: dict[str, Any] = {}
@@ -53,11 +63,17 @@ def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mappi
         units.add(unit)
         sent["max_share_beyond"] = {"distance": distance,
                                     "share": number(max_share_beyond["share"], "max_share_beyond['share']")}
+    if zone is not None:
+        if isinstance(zone, str) or len(zone) != 2:
+            raise InputError(f"zone must be two limits such as ('-0.05 mm', '0.1 mm'), not {zone!r}")
+        ends = [_signed_length(end, f"zone[{i}]") for i, end in enumerate(zone)]
+        sent["zone"] = [end for end, _ in ends]
+        units |= {unit for _, unit in ends}
     if uncertainty is not None:
         sent["uncertainty"], unit = _length(uncertainty, "uncertainty")
         units.add(unit)
     if len(units) > 1:
-        raise InputError("max_distance, the distance of max_share_beyond, uncertainty and the limits of regions must have "
+        raise InputError("max_distance, the distance of max_share_beyond, zone, uncertainty and the limits of regions must have "
                          "the same unit")
     unit = units.pop()
     return {**sent, **({"units": unit} if unit else {})}
@@ -122,6 +138,12 @@ def _statistics(statistics: Union[bool, Mapping[str, int]]) -> Any:
     return {str(name): _integer(value, f"statistics[{name!r}]") for name, value in statistics.items()}
 
 
+def _sides(sides: Union[bool, Mapping[str, float]]) -> Any:
+    if not isinstance(sides, Mapping):
+        return bool(sides)
+    return {str(name): number(value, f"sides[{name!r}]") for name, value in sides.items()}
+
+
 def _areas(areas: Any) -> dict[str, Any]:
     if not isinstance(areas, Mapping):
         raise InputError(f"areas must be a mapping such as {{'beyond': [0.05]}}, not {areas!r}")
@@ -171,6 +193,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "points": ("points", lambda value: _integer(value, "points")),
     "statistics": ("statistics", _statistics),
     "areas": ("areas", _areas),
+    "sides": ("sides", _sides),
     "topology": ("topology", bool),
     "align": ("align", _align),
 }
@@ -179,7 +202,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
 def document(**options: Any) -> dict[str, Any]:
     """The document of the options that are not None. Ranges and names are checked where it is read."""
     sent: dict[str, Any] = {}
-    limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond", "uncertainty")}
+    limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond", "zone", "uncertainty")}
     units: set[str] = set()
     if (regions := options.pop("regions", None)) is not None:
         sent["regions"], units = _regions(regions)

@@ -137,6 +137,8 @@ class _Report:
         flags += ["--cloud"] if self._options["cloud"] else []
         if area := self._options.get("max_share_beyond"):
             flags.append(f"--max-share-beyond={area['distance']}: {100 * area['share']!r} %")
+        if zone := self._options.get("zone"):
+            flags.append(f"--zone={zone[0]}, {zone[1]}")
         if (uncertainty := self._options.get("uncertainty")) is not None:
             flags.append(f"--uncertainty={uncertainty}")
         if regions := self._options.get("regions"):

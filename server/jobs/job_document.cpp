@@ -39,7 +39,7 @@ Json gate_of(const store::Job& row) {
   if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
   const Json& gate = options["gate"];
   Json json{{"max_distance", gate.value("max_distance", Json(nullptr))}};
-  for (const char* name : {"max_share_beyond", "uncertainty"}) {
+  for (const char* name : {"max_share_beyond", "zone", "uncertainty"}) {
     if (gate.contains(name)) json[name] = gate[name];
   }
   json["units"] = gate.value("units", Json(nullptr));

@@ -31,6 +31,7 @@ std::string verdict_of(const api::Comparison& comparison) {
 }
 
 bool has_area_stop(const Outcome& outcome, AreaStop stop) {
+  if (outcome.sides && outcome.sides->stop == stop) return true;
   if (!outcome.areas) return false;
   const auto& [options, a_to_b, b_to_a] = *outcome.areas;
   return (a_to_b && a_to_b->stop == stop) || (b_to_a && b_to_a->stop == stop);

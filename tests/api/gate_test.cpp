@@ -84,6 +84,37 @@ TEST_CASE("gate: its question stands behind those of the request") {
   CHECK(beyond[1].max_share == 0.5);
 }
 
+TEST_CASE("gate: a zone passes when both sides do, and is undecided without sides") {
+  Outcome outcome;
+  api::ComparisonOptions options;
+  options.zone = {1, 2};
+  CHECK(api::verdict(outcome, options) == api::Verdict::undecided);
+  const auto judge = [&](std::pair<double, double> inside, std::pair<double, double> outside) {
+    SideOutcome& sides = outcome.sides.emplace();
+    sides.inside.lower = inside.first, sides.inside.upper = inside.second;
+    sides.outside.lower = outside.first, sides.outside.upper = outside.second;
+    return api::verdict(outcome, options).value();
+  };
+  CHECK(judge({0, 1}, {1.5, 2}) == api::Verdict::pass);
+  CHECK(judge({0, 1.1}, {1.5, 2}) == api::Verdict::undecided);
+  CHECK(judge({1.1, 1.2}, {1.5, 2}) == api::Verdict::fail);
+  CHECK(judge({0, 1.1}, {2.1, 3}) == api::Verdict::fail);
+  options.uncertainty = 0.5;
+  CHECK(judge({0, 0.5}, {1, 1.5}) == api::Verdict::pass);
+  CHECK(judge({0, 0.6}, {1, 1.5}) == api::Verdict::undecided);
+  CHECK(judge({1.2, 1.5}, {1, 1.5}) == api::Verdict::undecided);
+  CHECK(judge({1.6, 1.7}, {1, 1.5}) == api::Verdict::fail);
+  outcome.sides->refused = NoSides{};
+  CHECK(api::verdict(outcome, options) == api::Verdict::undecided);
+  CHECK(api::check_uncertainty(options, "u").ok());
+  options.uncertainty = 1.5;
+  CHECK(!api::check_uncertainty(options, "u").ok());
+  CHECK(api::check_sides(options, "zone").ok());
+  options.direction = Direction::b_to_a;
+  CHECK(api::check_sides(options, "zone").error().where == "zone");
+  CHECK(api::engine_options(options).sides->zone == options.zone);
+}
+
 TEST_CASE("gate: an uncertainty narrows pass and fail") {
   Outcome outcome;
   api::ComparisonOptions options;

@@ -184,7 +184,7 @@ TEST_CASE("request: a limit of the area") {
   CHECK(parsed->options.max_share_beyond == api::ShareLimit{0.05, 0.01});
   CHECK(!parsed->options.max_distance);
   CHECK(!parsed->options.areas);
-  CHECK(refusal(R"({"gate": {}})").message == "/gate needs max_distance, max_share_beyond, or both");
+  CHECK(refusal(R"({"gate": {}})").message == "/gate needs max_distance, max_share_beyond or zone");
   CHECK(refusal(R"({"gate": {"units": "mm"}})").where == "/gate");
   CHECK(refusal(R"({"gate": {"max_share_beyond": 1}})").where == "/gate/max_share_beyond");
   CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1}}})").message.find("needs distance and share") !=
@@ -198,6 +198,30 @@ TEST_CASE("request: a limit of the area") {
         "/gate/max_share_beyond/distance");
   CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1, "share": 0, "x": 1}}})").where ==
         "/gate/max_share_beyond/x");
+}
+
+TEST_CASE("request: a zone and sides") {
+  const auto parsed =
+      parse_options(R"({"gate": {"zone": [-0.05, 0.1], "units": "mm"}, "sides": {"length_tolerance": 0.1}})");
+  REQUIRE(parsed.ok());
+  CHECK(parsed->options.zone == SideOptions::Zone{0.05, 0.1});
+  CHECK(parsed->options.sides->length_tolerance == 0.1);
+  CHECK(has_limit(parsed->options));
+  CHECK(parse_options(R"({"sides": true})")->options.sides.has_value());
+  CHECK(!parse_options(R"({"sides": false})")->options.sides);
+  CHECK(parse_options(R"({"gate": {"zone": [0, 0]}})")->options.zone == SideOptions::Zone{});
+  for (const char* zone : {"0.1", "[0.1]", "[-1, 1, 2]", "null", "{}"}) {
+    CAPTURE(zone);
+    CHECK(refusal(R"({"gate": {"zone": )" + std::string(zone) + "}}").where == "/gate/zone");
+  }
+  CHECK(refusal(R"({"gate": {"zone": [0.1, 0.2]}})").where == "/gate/zone/0");
+  CHECK(refusal(R"({"gate": {"zone": [-0.1, -0.2]}})").where == "/gate/zone/1");
+  CHECK(refusal(R"({"gate": {"zone": ["-0.1", 0.2]}})").where == "/gate/zone/0");
+  CHECK(refusal(R"({"gate": {"zone": [-0.1, 0.2], "uncertainty": 0.15}})").where == "/gate/uncertainty");
+  CHECK(refusal(R"({"gate": {"zone": [-0.1, 0.2]}, "direction": "b_to_a"})").where == "/gate/zone");
+  CHECK(refusal(R"({"direction": "b_to_a", "sides": true})").where == "/sides");
+  CHECK(refusal(R"({"sides": 1})").where == "/sides");
+  CHECK(refusal(R"({"sides": {"x": 1}})").where == "/sides/x");
 }
 
 TEST_CASE("request: a service may set a lower timeout") {

@@ -176,6 +176,17 @@ TEST_CASE("manifest text: regions of a gate replace those of the defaults") {
   CHECK(!limits_of(own, 10).regions[0].max_distance);
 }
 
+TEST_CASE("manifest text: a zone, alone or beside other limits") {
+  const Gate alone = gate("zone: [-0.05 mm, +0.1 mm]");
+  CHECK(!alone.limit.is_given());
+  CHECK(alone.zone->inside.max_distance == 0.05);
+  CHECK(alone.zone->outside.max_distance == 0.1);
+  CHECK(main_limit(alone).unit == LengthUnit::millimeter);
+  CHECK(limits_of(alone, 1).zone == SideOptions::Zone{0.05, 0.1});
+  CHECK(limits_of(gate("zone: ['-0.5 %', 1 %]", "max_distance: 1 %"), 2).zone == SideOptions::Zone{0.01, 0.02});
+  CHECK(gate("direction: a_to_b", "zone: [0, 2]").zone->inside.max_distance == 0);
+}
+
 TEST_CASE("manifest text: an uncertainty is in the unit of the limits") {
   CHECK(gate("max_distance: 0.05 mm, uncertainty: 0.01 mm").uncertainty.max_distance == 0.01);
   CHECK(gate("max_distance: 1 %", "uncertainty: 0.1 %").uncertainty.max_diagonal_share == 0.001);

@@ -5,6 +5,8 @@
 
 #include <doctest/doctest.h>
 
+#include "check/reports/wording.h"
+
 using namespace meshgauge;
 using namespace meshgauge::check;
 
@@ -83,4 +85,57 @@ TEST_CASE("outcome: a share that a service may invent is refused") {
     REQUIRE_FALSE(refused.ok());
     CHECK(refused.error().message.find("share of the area") != std::string::npos);
   }
+}
+
+namespace {
+
+Result<Measured> in_zone(const std::string& refused, const std::string& inside, const std::string& outside) {
+  const std::string text = R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":3},)"
+                           R"("sides":{"status":"complete","refused":)" +
+                           refused + R"(,"inside":)" + inside + R"(,"outside":)" + outside + "}}";
+  return measured_from(nlohmann::ordered_json::parse(text), {{}, {}, SideOptions::Zone{1, 2}});
+}
+
+std::string side(double lower, double upper) {
+  return R"({"lower":)" + std::to_string(lower) + R"(,"upper":)" + std::to_string(upper) +
+         R"(,"point_a":[1,2,3],"triangle_a":7})";
+}
+
+}  // namespace
+
+TEST_CASE("outcome: a zone has a criterion for each side") {
+  CHECK(in_zone("null", side(0, 1), side(1, 2))->verdict == Verdict::pass);
+  CHECK(in_zone("null", side(0, 1.5), side(1, 2))->verdict == Verdict::undecided);
+  const auto fail = in_zone("null", side(1.5, 2), side(1, 2));
+  CHECK(fail->verdict == Verdict::fail);
+  const auto criteria = criteria_of(*fail);
+  REQUIRE(criteria.size() == 2);
+  CHECK(criteria[0].side == "inside");
+  CHECK(criteria[1].side == "outside");
+  CHECK(foremost(*fail).side == "inside");
+  CHECK(fail->limit == 2);
+  GateOutcome outcome;
+  outcome.gate.zone = ZoneLimit{{1, {}, {}}, {2, {}, {}}};
+  outcome.measured = *fail;
+  CHECK(outcome.advice() ==
+        "Look at (1, 2, 3) on triangle 7 of the candidate: it is 1.5 or more inside of the baseline.");
+  CHECK(limit_of(outcome) == "1 inside, 2 outside");
+  CHECK(interval_of(outcome) == "1.5 .. 2 inside, 1 .. 2 outside");
+  CHECK(
+      finding_of(outcome) ==
+      "the distance inside is at least 1.5, above the limit of 1 inside; the distance outside is at most 2, within the "
+      "limit of 2 outside");
+}
+
+TEST_CASE("outcome: nothing is known of a zone whose baseline has no sides, which no rule excuses") {
+  const auto open = in_zone(R"({"detail":"mesh b is open","reason":"open","at":null})", "null", "null");
+  CHECK(open->verdict == Verdict::undecided);
+  GateOutcome outcome;
+  outcome.gate.zone = ZoneLimit{{1, {}, {}}, {2, {}, {}}};
+  outcome.gate.warn_only = true;
+  outcome.measured = *open;
+  CHECK(outcome.level(Undecided::warn) == Level::failure);
+  CHECK(finding_of(outcome) == "nothing is inside or outside of the baseline: the baseline is open");
+  CHECK(!in_zone("null", "1", side(1, 2)).ok());
+  CHECK(!in_zone("null", side(2, 1), side(1, 2)).ok());
 }

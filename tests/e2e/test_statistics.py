@@ -36,6 +36,19 @@ MIDDLE = b"v 0 0 0\nv 1e-9 0 0\nv 0 1e-9 0\nf 1 2 3\n"
 LONG_SAMPLING = {"statistics": {"samples": 1000000}, "direction": "a_to_b", "timeout_ms": 100000}
 
 
+FACES = b"".join(b"f %d %d %d\n" % face for face in (
+    (1, 3, 4), (1, 4, 2), (5, 6, 8), (5, 8, 7), (1, 2, 6), (1, 6, 5),
+    (3, 7, 8), (3, 8, 4), (1, 5, 7), (1, 7, 3), (2, 4, 8), (2, 8, 6)))
+
+
+def cube(x):
+    corners = [(x + 2 * (i & 1), 2 * (i >> 1 & 1), 2 * (i >> 2)) for i in range(8)]
+    return b"".join(b"v %g %g %g\n" % corner for corner in corners) + FACES
+
+
+CUBE, MOVED_CUBE = cube(0), cube(0.25)
+
+
 class Statistics(ServerCase):
     flags = ("--workers", "2")
 
@@ -196,6 +209,45 @@ class Topology(ServerCase):
             self.refused(self.server.compare(options={"topology": asked}), 422, "invalid-request")
 
 
+class LimitsOfTheSides(ServerCase):
+    def verdict_of(self, b=CUBE, **gate):
+        answer = self.server.compare(a=MOVED_CUBE, b=b, options={"gate": gate})
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()["verdict"], answer.json()["sides"]["verdict"]
+
+    def test_a_zone_alone_and_beside_a_limit(self):  # a quarter inside, a quarter outside
+        self.assertEqual(self.verdict_of(zone=[-0.3, 0.3]), ("pass", "pass"))
+        self.assertEqual(self.verdict_of(zone=[-0.2, 0.3], units="mm"), ("fail", "fail"))
+        self.assertEqual(self.verdict_of(zone=[-0.3, 0.2], narrow=True), ("fail", "fail"))
+        self.assertEqual(self.verdict_of(zone=[-0.3, 0.3], max_distance=0.2), ("fail", "pass"))
+        self.assertEqual(self.verdict_of(zone=[-0.3, 0.3], uncertainty=0.1), ("undecided", "undecided"))
+
+    def test_a_baseline_that_is_open(self):
+        self.assertEqual(self.verdict_of(b=SQUARE, zone=[-9, 9]), ("undecided", "undecided"))
+        result = self.server.compare(a=MOVED_CUBE, b=SQUARE, options={"sides": True}).json()
+        self.assertEqual(result["sides"]["refused"]["reason"], "open")
+        self.assertIsNone(result["sides"]["inside"])
+
+    def test_sides_without_a_gate(self):
+        result = self.server.compare(a=MOVED_CUBE, b=CUBE, options={"sides": {"length_tolerance": 0.001}}).json()
+        self.assertNotIn("verdict", result["sides"])
+        for side in ("outside", "inside"):
+            self.assertLessEqual(result["sides"][side]["lower"], 0.25)
+            self.assertGreaterEqual(result["sides"][side]["upper"], 0.25)
+
+    def test_the_gate_is_that_of_the_request(self):
+        gate = {"zone": [-0.3, 0.3], "uncertainty": 0.01, "units": "b"}
+        result = self.server.compare(a=MOVED_CUBE, b=CUBE, options={"gate": gate}).json()
+        self.assertEqual(result["gate"], {"max_distance": None, **gate})
+        self.assertEqual(self.server.get("/v1/comparisons/" + result["id"]).json()["gate"], result["gate"])
+
+    def test_what_is_refused(self):
+        for zone in (None, 1, [], [1], [0.1, 0.2], [-0.1, -0.2], ["-1 mm", "1 mm"]):
+            self.refused(self.server.compare(options={"gate": {"zone": zone}}), 422, "invalid-request")
+        for asked in ({"sides": 1}, {"sides": {"more": 1}}, {"sides": True, "direction": "b_to_a"}):
+            self.refused(self.server.compare(options=asked), 422, "invalid-request")
+
+
 class LimitOfTheArea(ServerCase):
     def verdict_of(self, **gate):
         answer = self.server.compare(a=SQUARE, b=RAISED, options={"gate": gate})
@@ -318,7 +370,7 @@ class Cli(unittest.TestCase):
                               (("--max-share-beyond", "1 mm: 120 %"), "--max-share-beyond: the share must be from 0 % to 100 %"),
                               (("--max-share-beyond", "1 %: 1 %"), "--max-share-beyond: the distance must be a length"),
                               (("--max-share-beyond", "1 mm: 1 %", "--max-distance", "1"), "in one unit"),
-                              (("--fast",), "--fast: needs --max-distance or --max-share-beyond")):
+                              (("--fast",), "--fast: needs --max-distance, --max-share-beyond or --zone")):
             result = self.run_cli(*flags)
             self.assertEqual(result.returncode, 3, flags)
             self.assertIn(saying, result.stderr)

@@ -99,7 +99,10 @@ std::string judge_refusal(const Asked& asked, const NoSides& refused, double siz
     case NoSides::Why::no_volume:
       return std::abs(volume.approximate()) <= 1e-12 * size * size * size ? "" : "refused as without volume";
     case NoSides::Why::part_inside_out: {
-      const auto winding = oracle::winding_number(oracle::exact(*refused.at), surface);
+      const oracle::Point p = oracle::exact(*refused.at);
+      const auto winding = oracle::winding_number(p, surface);
+      if (oracle::root_at_most(oracle::distance_sq(p, surface), 1e-12 * size))
+        return "";  // rounding may move it across
       return winding && *winding < 0 ? "" : "refused for a part that is inside out";
     }
     default:

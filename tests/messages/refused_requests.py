@@ -114,6 +114,7 @@ def option_rows(server):
         b"{", b'{"threads": 1, "threads": 2}', b"[]", {"thread": 2}, {"direction": "both"}, {"strategy": "fast"},
         {"strategy": "auto", "points": 4}, {"strategy": "n_point", "points": 5},
         {"tolerance": {}}, {"tolerance": {"absolute": -1}}, {"tolerance": {"relative": "1 %"}}, {"gate": {}},
+        {"gate": {"zone": 1}}, {"gate": {"zone": [0.1, 0.2]}}, {"gate": {"zone": [-1, 1]}, "direction": "b_to_a"},
         {"gate": {"max_share_beyond": {"distance": 1}}}, {"gate": {"max_share_beyond": {"distance": 1, "share": 120}}},
         {"gate": {"max_distance": 1, "uncertainty": 2}},
         {"regions": [{"name": "bore"}]}, {"regions": [{"name": "bore", "box": {"min": [0, 0, 1], "max": [1, 1, 0]}}]},

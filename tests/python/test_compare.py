@@ -209,6 +209,24 @@ class Results(unittest.TestCase):
             with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
                 meshgauge.compare(SQUARE, RAISED, align=wrong)
 
+    def test_sides_and_a_zone(self):
+        cube = [(x, y, z) for z in (0.0, 2.0) for y in (0.0, 2.0) for x in (0.0, 2.0)]
+        faces = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4),
+                 (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
+        solid, moved = (cube, faces), ([(x + 0.25, y, z) for x, y, z in cube], faces)
+        found = meshgauge.compare(moved, solid, sides={"length_tolerance": 0.001}).document["sides"]
+        for side in ("outside", "inside"):
+            self.assertLessEqual(found[side]["lower"], 0.25)
+            self.assertGreaterEqual(found[side]["upper"], 0.25)
+        for zone, verdict in (((-0.3, 0.3), "pass"), (("-0.2", "0.3"), "fail"), (("-0.3 mm", "+0.2 mm"), "fail")):
+            self.assertEqual(meshgauge.compare(moved, solid, zone=zone).verdict, verdict)
+        self.assertEqual(meshgauge.compare(moved, solid, zone=(-0.3, 0.3), uncertainty=0.1).verdict, "undecided")
+        refused = meshgauge.compare(solid, (cube, faces[1:]), zone=(-1, 1))
+        self.assertEqual((refused.verdict, refused.document["sides"]["refused"]["reason"]), ("undecided", "open"))
+        for wrong in ("1", (1,), (0.1, 0.2), (-0.1, -0.2), ("-1 mm", "1 in"), (None, 1)):
+            with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
+                meshgauge.compare(moved, solid, zone=wrong)
+
     def test_a_timeout_leaves_an_interval(self):
         flat = shapes.grid(120), shapes.grid(127)
         result = meshgauge.compare(*flat, tolerance=0, strategy="four_point", timeout=0.2, threads=1)
