@@ -148,13 +148,27 @@ class Cutter {
 
   bool stopped() const { return stopped_; }
 
+  // Polls after about as much work as kBetweenLooks triangles are.
+  bool is_stopped(const Pieces& pieces) {
+    looks_ += pieces.outer.size() * (pieces.inner.size() + 1);
+    if (looks_ >= kBetweenLooks) {
+      looks_ = 0;
+      stopped_ = stopped_ || interrupted_();
+    }
+    return stopped_;
+  }
+
   // Returns what is left of a triangle: convex parts.
   std::vector<Pieces> cut(const Piece& piece) {
-    std::vector<Pieces> parts{{{piece}, {piece}}};
+    std::vector<Pieces> parts;
+    emit({{piece}, {piece}}, parts);
     for (const Region& region : regions_) {
       if (place(piece, region) == (keep_ == Keep::inside ? Place::inside : Place::outside)) continue;
       std::vector<Pieces> left;
-      for (const Pieces& part : parts) std::visit([&](const auto& shape) { cut(part, shape, left); }, region.shape);
+      for (Pieces& part : parts) {
+        made_ -= part.inner.size() + part.outer.size();  // what is left of it is counted anew
+        std::visit([&](const auto& shape) { cut(std::move(part), shape, left); }, region.shape);
+      }
       parts.swap(left);
     }
     return parts;
@@ -168,6 +182,13 @@ class Cutter {
   }
 
   void cut(Pieces pieces, const Box& box, std::vector<Pieces>& out) {
+    if (is_stopped(pieces)) return;
+    const Place where = place_of(pieces, box);
+    if (where != Place::unknown) {
+      if (where == (keep_ == Keep::inside ? Place::inside : Place::outside)) emit(std::move(pieces), out);
+      return;
+    }
+    if (made_ >= kMostPieces) return emit({{}, std::move(pieces.outer)}, out);
     for (int f = 0; f < 6 && !pieces.outer.empty(); ++f) {
       const HalfSpace side = side_of(box, f);
       if (keep_ == Keep::outside) emit(beyond(pieces, side), out);
@@ -178,8 +199,7 @@ class Cutter {
 
   // Halves the pieces until they are cut as closely as asked, or too small or too many to go on.
   void cut(const Pieces& pieces, const Sphere& sphere, std::vector<Pieces>& out) {
-    stopped_ = stopped_ || (++looks_ % kBetweenLooks == 0 && interrupted_());
-    if (pieces.outer.empty() || stopped_) return;
+    if (pieces.outer.empty() || is_stopped(pieces)) return;
     const Place where = place_of(pieces, sphere);
     if (where == Place::inside && keep_ == Keep::inside) return emit(pieces, out);
     if (where == Place::outside && keep_ == Keep::outside) return emit(pieces, out);
@@ -196,9 +216,10 @@ class Cutter {
     for (const Pieces& half : divided(pieces)) cut(half, sphere, out);
   }
 
-  static Place place_of(const Pieces& pieces, const Sphere& sphere) {
-    const Place first = place(pieces.outer.front(), sphere);
-    const bool same = std::ranges::all_of(pieces.outer, [&](const Piece& p) { return place(p, sphere) == first; });
+  template <class Shape>
+  static Place place_of(const Pieces& pieces, const Shape& shape) {
+    const Place first = place(pieces.outer.front(), shape);
+    const bool same = std::ranges::all_of(pieces.outer, [&](const Piece& p) { return place(p, shape) == first; });
     return same ? first : Place::unknown;
   }
 
@@ -244,13 +265,15 @@ std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region>
       ++kept;
       continue;
     }
-    if (kept == t) {
-      for (std::uint32_t i = 0; i < kept; ++i) sure.add(i);
+    for (std::uint32_t i = 0; kept == t && i < kept; ++i) {
+      if (i % kBetweenLooks == 0 && interrupted()) return std::nullopt;
+      sure.add(i);
     }
     const auto number = static_cast<std::uint32_t>(t);
     if (where == Place::inside) sure.add(number);
     if (where != Place::unknown) continue;
     for (const Pieces& pieces : cutter.cut(piece)) {
+      if (cutter.is_stopped(pieces)) return std::nullopt;
       const double wide = gap(pieces), moved = distance_off(pieces);
       sure.add(pieces.inner, number);
       sure.err(wide <= resolution ? rounding::add_up(wide, moved) : moved);

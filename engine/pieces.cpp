@@ -11,6 +11,8 @@ namespace {
 
 using rounding::kUnit;
 
+constexpr std::size_t kMostCompared = std::size_t{1} << 10;  // pairs of triangles
+
 // The end of an axis-parallel edge, or a coordinate that the plane fixes, is exact: nothing is added to `off`.
 Corner crossing(const Corner& a, const Corner& b, double height_a, double height_b, const Plane& plane) {
   const double t = height_a / (height_a - height_b);
@@ -139,6 +141,8 @@ std::vector<Pieces> divided(const Pieces& pieces) {
 }
 
 double gap(const Pieces& pieces) {
+  if (are_equal(pieces)) return 0;
+  if (pieces.outer.size() * pieces.inner.size() > kMostCompared) return std::numeric_limits<double>::infinity();
   double largest = 0;
   for (const Piece& piece : pieces.outer) {
     for (const Corner& corner : piece) {

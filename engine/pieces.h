@@ -51,7 +51,8 @@ Pieces beyond(const Pieces& pieces, const HalfSpace& half);
 // plane across the widest axis. Rounding is in `off` of the new corners.
 std::vector<Pieces> divided(const Pieces& pieces);
 
-// Upper bound of the distance of any point of `outer` from `inner`; infinite when only `inner` is empty.
+// Upper bound of the distance of any point of `outer` from `inner`; infinite when only `inner` is empty, or when both
+// have too many triangles to compare.
 double gap(const Pieces& pieces);
 // The largest distance_off() of both copies.
 double distance_off(const Pieces& pieces);

@@ -1,4 +1,4 @@
-// Regions of space: which part of a surface is measured by itself (docs/design.md, section 11).
+// Regions of space: which part of a surface is measured by itself (docs/design.md, section 12).
 #pragma once
 
 #include <cstddef>
@@ -17,6 +17,7 @@ struct Sphere {
 };
 
 // A closed region. Coordinates and lengths are in the meshes' unit, of at most kMaxCoordinate in magnitude.
+// Preconditions: low <= high on each axis of a box; radius >= 0.
 struct Region {
   static constexpr std::size_t kMost = 64;  // of one measurement
 

@@ -100,7 +100,12 @@ class RegionStage {
     add(measure(regions, Keep::outside, std::nullopt));
     take_maximum(outcome_);
     outcome_.met_by = rule_met(options_.tolerance, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
-    if (outcome_.met_by) outcome_.stop = Stop::converged;
+    if (outcome_.met_by) {
+      outcome_.stop = Stop::converged;
+      return;
+    }
+    for (const RegionOutcome& found : outcome_.regions)
+      outcome_.precision_floor = std::max(outcome_.precision_floor, found.precision_floor);
   }
 
  private:
@@ -110,13 +115,9 @@ class RegionStage {
     const double fine = kResolution * part_options_.tolerance.absolute.value_or(0);
     const double coarse = limit ? std::max(fine, kCoarse * std::min(*limit, farthest_)) : fine;
     RegionOutcome found = measure(regions, keep, resolution(regions, coarse));
-    if (!limit || is_decided(found, *limit)) return found;
-    if (coarse > fine && weight(found.stop) < weight(Stop::budget))
-      found = measure(regions, keep, resolution(regions, fine));
-    // Each piece is decided, and they contradict each other: rounding alone says which belong to the part.
-    const bool is_open = !is_decided(found, *limit) && options_.uncertainty == 0;
-    if (is_open && found.stop == Stop::gate_decided) found.stop = Stop::precision_floor;
-    return found;
+    if (!limit || is_decided(found)) return found;
+    const bool is_over = weight(found.stop) >= weight(Stop::budget);
+    return coarse > fine && !is_over ? measure(regions, keep, resolution(regions, fine)) : found;
   }
 
   // As wished, but far smaller than a sphere, and not below what bounds the number of pieces.
@@ -128,9 +129,26 @@ class RegionStage {
     return std::max(wished, least_resolution_);
   }
 
-  bool is_decided(const RegionOutcome& found, double limit) const {
-    return found.upper <= less_uncertainty(limit, options_.uncertainty) ||
-           found.lower > plus_uncertainty(limit, options_.uncertainty);
+  // Whether the gate passes or fails, or the uncertainty is known to leave it open.
+  bool is_decided(const RegionOutcome& found) const {
+    const auto& limit = part_options_.max_distance;
+    const auto decided = [&](double at) { return gate_decided(at, found.lower, found.upper); };
+    return limit && decided(less_uncertainty(*limit, options_.uncertainty)) &&
+           decided(plus_uncertainty(*limit, options_.uncertainty));
+  }
+
+  // The searches ended by a rule or the gate, which may not hold of them together: doubtful triangles count for the
+  // upper bound alone.
+  void conclude(RegionOutcome& found) const {
+    if (found.empty || weight(found.stop) > weight(Stop::precision_floor)) return;
+    if (rule_met(part_options_.tolerance, found.lower, found.upper, outcome_.diagonal_a)) {
+      found.stop = Stop::converged;
+    } else if (is_decided(found)) {
+      found.stop = Stop::gate_decided;
+    } else if (found.stop != Stop::precision_floor) {
+      found.stop = Stop::precision_floor;
+      found.precision_floor = std::max(found.precision_floor, found.upper - found.lower);
+    }
   }
 
   RegionOutcome measure(std::span<const Region> regions, Keep keep, double resolution) {
@@ -145,7 +163,7 @@ class RegionStage {
   }
 
   // Takes a part into the bounds of the whole.
-  void add(const RegionOutcome& found) {
+  void add(RegionOutcome found) {
     for (MeasuredDirection& direction : pair_.directions) {
       const Bounds& bounds = &direction.from == &pair_.a ? *found.a_to_b : *found.b_to_a;
       Bounds& whole = direction.result.bounds;
@@ -153,8 +171,9 @@ class RegionStage {
       whole.lower = std::max(whole.lower, bounds.lower);
       whole.upper = std::max(whole.upper, bounds.upper);
     }
-    outcome_.stop = worse(outcome_.stop, found.stop);
     outcome_.precision_floor = std::max(outcome_.precision_floor, found.precision_floor);
+    conclude(found);
+    outcome_.stop = worse(outcome_.stop, found.stop);
     outcome_.regions.push_back(found);
   }
 
@@ -187,6 +206,7 @@ class RegionStage {
   }
 
   Bounds search(const Prepared& from, const Prepared& to, Directed& total, RegionOutcome& found) {
+    part_options_.max_work_items = options_.max_work_items - std::min(options_.max_work_items, total.work.subdivisions);
     const Outcome outcome = Measurement(from, to, part_options_, control_).run();
     found.empty = false;
     found.stop = worse(found.stop, outcome.stop);

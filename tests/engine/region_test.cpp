@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "engine/clipping.h"
 #include "engine/hausdorff.h"
@@ -37,6 +38,22 @@ Mesh ramp() { return {{{0, 0, 0}, {1, 0, 1}, {1, 1, 1}, {0, 1, 0}}, {{0, 1, 2}, 
 Mesh plane() { return shapes::moved(shapes::grid(4, 8), {-4, -4, 0}); }
 
 constexpr double kAll = 10;
+
+// Thin slabs across x, y and z in turn.
+std::vector<Region> slabs(int n) {
+  std::vector<Region> regions;
+  for (int i = 0; i < n; ++i) {
+    Vec3 low = Vec3::Constant(-2), high = Vec3::Constant(2);
+    low[i % 3] = -1 + 2.0 * i / 64;
+    high[i % 3] = low[i % 3] + 1e-3;
+    regions.push_back(box(low, high));
+  }
+  return regions;
+}
+
+Part outside(const Mesh& mesh, const std::vector<Region>& regions, std::size_t& polls, double resolution = 1e-7) {
+  return part_of(mesh, 0, regions, Keep::outside, resolution, [&] { return ++polls > 1'000'000; }).value();
+}
 
 }  // namespace
 
@@ -198,4 +215,113 @@ TEST_CASE("regions: progress is told of the whole") {
   CHECK(lower <= found.upper);
   CHECK(least_upper >= found.lower);
   CHECK(control.report_due());  // the callback is back
+}
+
+TEST_CASE("regions: cuts by boxes are polled") {
+  const Mesh a = shapes::triangle({0.591, 0.779, -1.72}, {0.120, -0.430, 1.16}, {0.388, -1.239, -0.407});
+  std::size_t polls = 0;
+  outside(a, slabs(18), polls);
+  CHECK(polls >= 4);
+  const std::size_t all = polls;
+  for (polls = 0; polls < all;) {
+    const std::size_t last = polls + 1;
+    polls = 0;
+    CHECK(!part_of(a, 0, slabs(18), Keep::outside, 1e-7, [&] { return ++polls >= last; }));
+    REQUIRE(polls == last);
+  }
+}
+
+TEST_CASE("regions: a box cuts only the parts that it meets") {
+  std::mt19937_64 random(1);
+  const auto any = [&] { return std::ldexp(static_cast<double>(random() >> 11), -52) - 1; };
+  std::vector<Region> regions;
+  for (int i = 0; i < 64; ++i) {
+    const Vec3 centre(any(), any(), any());
+    const Vec3 half = Vec3::Constant(0.05 + 0.2 * std::abs(any()));
+    regions.push_back(box(centre - half, centre + half));
+  }
+  std::size_t polls = 0;
+  CHECK(outside(shapes::scaled(shapes::soup(10, random), 2), regions, polls).sure.mesh.triangles.size() < 10'000);
+}
+
+TEST_CASE("regions: a piece counts once for the most pieces, through however many regions it passes") {
+  std::vector<Region> balls;
+  for (int i = 0; i < 64; ++i) balls.push_back(sphere({0.01 + i / 64.0, 0.01, 0}, 0.006));
+  std::size_t polls = 0;
+  const Part part = outside(shapes::triangle({-1, -1, 0}, {3, -1, 0}, {0, 3, 0}), balls, polls, 1e-5);
+  CHECK(part.sure.mesh.triangles.size() < kMostPieces / 16);
+  CHECK(part.doubtful.mesh.triangles.empty());
+}
+
+TEST_CASE("regions: collecting what was kept is polled") {
+  std::size_t polls = 0;
+  const Mesh a = shapes::grid(96);
+  const auto part = part_of(a, 0, std::vector<Region>{box({-1, -1, -1}, {2, 0.999, 1})}, Keep::inside, 1e-7, [&] {
+    ++polls;
+    return false;
+  });
+  CHECK(!part->whole);
+  CHECK(polls >= 2 * (a.triangles.size() / 4096));
+}
+
+TEST_CASE("regions: an interval that only doubtful triangles keep open is not said to be converged") {
+  const Mesh points{{{0, 0, 1}, {3, 0, 4}}, {{0, 0, 0}, {1, 1, 1}}};
+  const Region ball = sphere({0, 0, 0}, 5);
+  const Outcome found = measured(points, plane(), {ball}, Direction::a_to_b, 1e-6);
+  CHECK(found.regions[0].lower <= 1);
+  CHECK(found.regions[0].upper >= 4);
+  CHECK(found.regions[0].stop == Stop::precision_floor);
+  CHECK(found.regions[0].precision_floor >= 3);
+  CHECK(found.stop == Stop::precision_floor);
+  CHECK(found.precision_floor >= 3);
+  CHECK(!found.met_by);
+
+  // The rest has a point as far away, so the whole is known.
+  const Mesh equal{{{-3.5, 0, 4}, {3, 0, 4}}, {{0, 0, 0}, {1, 1, 1}}};
+  const Outcome known = measured(equal, plane(), {ball}, Direction::a_to_b, 1e-6);
+  CHECK(known.regions[0].stop == Stop::precision_floor);
+  CHECK(known.stop == Stop::converged);
+  CHECK(known.precision_floor < 1e-6);
+
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.tolerance = {1e-6, std::nullopt, std::nullopt};
+  options.regions = {ball};
+  Control control;
+  const auto stop_at = [&](double limit) {
+    options.max_distance = limit;
+    return measure(points, plane(), options, control).regions[0].stop;
+  };
+  CHECK(stop_at(4.5) == Stop::gate_decided);
+  CHECK(stop_at(0.5) == Stop::gate_decided);
+  CHECK(stop_at(2) == Stop::precision_floor);
+}
+
+TEST_CASE("regions: the work of all parts together is limited") {
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.tolerance = {1e-9, std::nullopt, std::nullopt};
+  options.max_work_items = 10;
+  for (int i = 0; i < 8; ++i) options.regions.push_back(box({-2 + 0.5 * i, -2, -2}, {-1.5 + 0.5 * i, 2, 2}));
+  Control control;
+  const Outcome found = measure(shapes::sphere(24, 1), shapes::sphere(7, 1.1), options, control);
+  CHECK(found.stop == Stop::budget);
+  CHECK(found.a_to_b->work.subdivisions < 40);
+}
+
+TEST_CASE("regions: sides are searched for once, not in each part") {
+  const Mesh a = shapes::closed_sphere(20, 1.01), b = shapes::closed_sphere(20);
+  Options options;
+  options.direction = Direction::a_to_b;
+  const auto checks = [&] {
+    Control control;
+    measure(a, b, options, control);
+    return control.checks();
+  };
+  options.sides.emplace();
+  const std::uint64_t of_sides = checks();
+  for (int i = 0; i < 8; ++i) options.regions.push_back(box({-2 + 0.5 * i, -2, -2}, {-1.5 + 0.5 * i, 2, 2}));
+  const std::uint64_t of_both = checks();
+  options.sides.reset();
+  CHECK(2 * of_both < 3 * (of_sides + checks()));
 }
