@@ -70,23 +70,22 @@ std::optional<Displacement> displacement(MeshView mesh, const Box& box, const Ri
 
 std::optional<RoundedImage> moved(MeshView mesh, const RigidMotion& motion, double error,
                                   const Interrupted& interrupted) {
+  std::vector<bool> used(mesh.positions.size());
+  const bool marked = each_unless(interrupted, mesh.triangles.size(), [&](std::uint32_t t) {
+    for (const std::uint32_t v : mesh.triangles[t]) used[v] = true;
+  });
+  if (!marked) return std::nullopt;
   RoundedImage result;
   result.positions.resize(mesh.positions.size());
   double largest = 0;
   bool too_large = false;
-  const auto move = [&](std::uint32_t v) {
+  const bool all = each_unless(interrupted, mesh.positions.size(), [&](std::uint32_t v) {
     for (int k = 0; k < 3; ++k) {
       const Rounded moved = coordinate(motion.rotation.row(k), mesh.positions[v], motion.translation[k]);
       result.positions[v][k] = moved.value;
+      if (!used[v]) continue;
       too_large = too_large || !(std::abs(moved.value) <= kMaxCoordinate);
       largest = std::max(largest, moved.error);
-    }
-  };
-  std::vector<bool> done(mesh.positions.size());
-  const bool all = each_unless(interrupted, mesh.triangles.size(), [&](std::uint32_t t) {
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      if (!done[v]) move(v);
-      done[v] = true;
     }
   });
   if (!all || too_large) return std::nullopt;

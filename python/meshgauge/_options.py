@@ -168,7 +168,7 @@ def _align(align: Any) -> Any:
     transform = sent.get("transform")
     if transform is not None and not isinstance(transform, Mapping):
         sent["transform"] = {"row_major": _matrix(transform, "align['transform']")}
-    return sent
+    return plain(sent)
 
 
 def _matrix(matrix: Any, name: str) -> list[float]:

@@ -61,13 +61,21 @@ std::string found_of_regions(const store::Job& job, const std::string& units) {
   return text;
 }
 
+// "; a was moved before, no point farther than 5.2 mm"; empty: it was not.
+std::string found_of_alignment(const store::Job& job, const std::string& units) {
+  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  const auto found = document.find("alignment");
+  if (found == document.end()) return "";
+  return "; a was moved before, no point farther than " + shortest((*found)["largest_displacement"]) + units;
+}
+
 std::string found(const store::Job& job) {
   const auto facts = facts_of(job);
   if (!facts) return detail_of(job);
   const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
   std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
-  return text + found_of_area(job, units) + found_of_regions(job, units);
+  return text + found_of_area(job, units) + found_of_regions(job, units) + found_of_alignment(job, units);
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {

@@ -99,6 +99,9 @@ Result<api::Comparison> Measuring::measure_within(MemoryReservation& memory, Liv
   const auto b = fetch_(job.b, memory, job.control);
   if (!b) return b.error();
   times.read_b = ms_between(begun_b, LiveJob::Clock::now());
+  if (job.request.options.align) {  // the moved mesh is another one
+    if (auto ok = memory.take_mesh((*a)->facts.vertices, (*a)->facts.triangles); !ok) return std::move(ok).error();
+  }
   if (!job.request.options.regions.empty()) {  // a part of a mesh is another mesh, one at a time
     const auto& larger = (*a)->facts.triangles < (*b)->facts.triangles ? (*b)->facts : (*a)->facts;
     if (auto ok = memory.take_mesh(larger.vertices, larger.triangles); !ok) return std::move(ok).error();

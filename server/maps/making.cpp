@@ -60,6 +60,9 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   if (auto ok = api::in_time(control, "'b' was read"); !ok) return ok.error();
   const auto b = tools.fetch(order.b, memory, control);
   if (!b) return as_ours(b.error());
+  if (order.facts.motion) {  // the moved mesh is another one
+    if (auto ok = memory.take_mesh((*a)->facts.vertices, (*a)->facts.triangles); !ok) return as_ours(ok.error());
+  }
   memory.keep_meshes();
   const double read_ms = watch.lap_ms();
 

@@ -153,6 +153,20 @@ TEST_CASE("rigid: the interval holds for the exact image by a motion that alignm
   }
 }
 
+TEST_CASE("rigid: a vertex that no triangle uses is moved, too, and does not count for the error") {
+  Mesh mesh = shapes::cube(1);
+  const auto bound = [&](const RigidMotion& motion) { return moved(mesh, motion, 0, never_interrupted).value(); };
+  std::mt19937_64 bits(5);
+  const RigidMotion motion = random_motion(bits, 3);
+  const double error = bound(motion).error;
+  mesh.positions.push_back({1e150, 2e150, -3e150});
+  mesh.positions.push_back({1, 2, 3});
+  const RoundedImage image = bound(motion);
+  CHECK(image.error == error);
+  CHECK((image.positions.back() - motion(Vec3(1, 2, 3))).norm() < 1e-12);
+  CHECK(std::isfinite(image.positions[mesh.positions.size() - 2].sum()));
+}
+
 TEST_CASE("rigid: a coordinate out of range and an interruption give nothing") {
   const Mesh mesh = shapes::cube(1, Vec3(0x1p1019, 0, 0));
   CHECK(moved(mesh, {}));
