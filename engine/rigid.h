@@ -44,8 +44,8 @@ std::optional<Displacement> displacement(MeshView mesh, const Box& box, const Ri
 
 // Returns the moved positions. RoundedImage::error holds for the exact image of the surface that is at most `error`
 // from `mesh` (engine/rounding.h R17); it is 0 where `error` is 0 and nothing was rounded. nullopt: interrupted, or a
-// moved coordinate that a triangle uses is beyond kMaxCoordinate. A vertex that no triangle uses is moved, too, and does
-// not count for the error. Precondition: the mesh passes validate(). Linear time.
+// moved coordinate that a triangle uses is beyond kMaxCoordinate. A vertex that no triangle uses is moved,
+// too, and does not count for the error. Precondition: the mesh passes validate(). Linear time.
 std::optional<RoundedImage> moved(MeshView mesh, const RigidMotion& motion, double error = 0,
                                   const Interrupted& interrupted = never_interrupted);
 
