@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <variant>
 
 #include "engine/pieces.h"
@@ -21,7 +22,7 @@ constexpr double kSlack = 32 * kUnit;      // above what a length, its differenc
 
 enum class Place { inside, outside, unknown };
 
-Place place(const Piece& piece, const Box& box) {
+Place place(std::span<const Corner> piece, const Box& box) {
   bool inside = true;
   for (int k = 0; k < 3; ++k) {
     bool above = true, below = true;
@@ -37,7 +38,7 @@ Place place(const Piece& piece, const Box& box) {
   return inside ? Place::inside : Place::unknown;
 }
 
-Place place(const Piece& piece, const Sphere& sphere) {
+Place place(std::span<const Corner> piece, const Sphere& sphere) {
   bool inside = true;
   Box box;
   double off = 0;
@@ -53,7 +54,7 @@ Place place(const Piece& piece, const Sphere& sphere) {
   return near * (1 - kSlack) > sphere.radius ? Place::outside : Place::unknown;
 }
 
-Place place(const Piece& piece, const Region& region) {
+Place place(std::span<const Corner> piece, const Region& region) {
   return std::visit([&](const auto& shape) { return place(piece, shape); }, region.shape);
 }
 
@@ -74,19 +75,15 @@ struct Ball {
 
   explicit Ball(const Pieces& pieces) {
     Box box;
-    for (const Piece& piece : pieces.outer) {
-      for (const Corner& c : piece) box.extend(c.at);
-    }
+    for (const Corner& c : pieces.outer) box.extend(c.at);
     centre = box.low + (box.high - box.low) / 2;
     width = (box.high - box.low).maxCoeff();
     for (const auto* copy : {&pieces.outer, &pieces.inner}) {
-      for (const Piece& piece : *copy) {
-        for (const Corner& c : piece)
-          radius = std::max(radius, length_of(c.at - centre) * (1 + kSlack) + c.distance_off() + kTiny);
-      }
+      for (const Corner& c : *copy)
+        radius = std::max(radius, length_of(c.at - centre) * (1 + kSlack) + c.distance_off() + kTiny);
     }
     radius *= 1 + kSlack;
-    off = distance_off(pieces);
+    off = std::max(distance_off(pieces.inner), distance_off(pieces.outer));
   }
 };
 
@@ -117,8 +114,14 @@ class Collector {
     add(corners, triangle);
   }
 
-  void add(const std::vector<Piece>& pieces, std::uint32_t original) {
-    for (const Piece& piece : pieces) add({add(piece[0].at), add(piece[1].at), add(piece[2].at)}, original);
+  // As a fan of triangles.
+  void add(const Polygon& polygon, std::uint32_t original) {
+    if (polygon.empty()) return;
+    const auto first = static_cast<std::uint32_t>(to_.mesh.positions.size());
+    for (const Corner& corner : polygon) add(corner.at);
+    const auto last = first + static_cast<std::uint32_t>(polygon.size() - 1);
+    for (std::uint32_t i = std::min(first + 1, last); i < last; ++i) add({first, i, i + 1}, original);
+    if (polygon.size() < 3) add({first, last, last}, original);
   }
 
   void err(double error) { to_.error = std::max(to_.error, error); }
@@ -148,7 +151,7 @@ class Cutter {
 
   bool stopped() const { return stopped_; }
 
-  // Polls after about as much work as kBetweenLooks triangles are.
+  // Polls after about as much work as kBetweenLooks pairs of corners are.
   bool is_stopped(const Pieces& pieces) {
     looks_ += pieces.outer.size() * (pieces.inner.size() + 1);
     if (looks_ >= kBetweenLooks) {
@@ -159,14 +162,15 @@ class Cutter {
   }
 
   // Returns what is left of a triangle: convex parts.
-  std::vector<Pieces> cut(const Piece& piece) {
+  std::vector<Pieces> cut(std::span<const Corner> piece) {
     std::vector<Pieces> parts;
-    emit({{piece}, {piece}}, parts);
+    const Polygon whole(piece.begin(), piece.end());
+    emit({whole, whole}, parts);
     for (const Region& region : regions_) {
       if (place(piece, region) == (keep_ == Keep::inside ? Place::inside : Place::outside)) continue;
       std::vector<Pieces> left;
       for (Pieces& part : parts) {
-        made_ -= part.inner.size() + part.outer.size();  // what is left of it is counted anew
+        made_ -= triangles(part);  // what is left of it is counted anew
         std::visit([&](const auto& shape) { cut(std::move(part), shape, left); }, region.shape);
       }
       parts.swap(left);
@@ -177,13 +181,13 @@ class Cutter {
  private:
   void emit(Pieces pieces, std::vector<Pieces>& out) {
     if (pieces.outer.empty()) return;
-    made_ += pieces.inner.size() + pieces.outer.size();
+    made_ += triangles(pieces);
     out.push_back(std::move(pieces));
   }
 
   void cut(Pieces pieces, const Box& box, std::vector<Pieces>& out) {
     if (is_stopped(pieces)) return;
-    const Place where = place_of(pieces, box);
+    const Place where = place(pieces.outer, box);
     if (where != Place::unknown) {
       if (where == (keep_ == Keep::inside ? Place::inside : Place::outside)) emit(std::move(pieces), out);
       return;
@@ -200,7 +204,7 @@ class Cutter {
   // Halves the pieces until they are cut as closely as asked, or too small or too many to go on.
   void cut(const Pieces& pieces, const Sphere& sphere, std::vector<Pieces>& out) {
     if (pieces.outer.empty() || is_stopped(pieces)) return;
-    const Place where = place_of(pieces, sphere);
+    const Place where = place(pieces.outer, sphere);
     if (where == Place::inside && keep_ == Keep::inside) return emit(pieces, out);
     if (where == Place::outside && keep_ == Keep::outside) return emit(pieces, out);
     if (where != Place::unknown) return;
@@ -216,11 +220,11 @@ class Cutter {
     for (const Pieces& half : divided(pieces)) cut(half, sphere, out);
   }
 
-  template <class Shape>
-  static Place place_of(const Pieces& pieces, const Shape& shape) {
-    const Place first = place(pieces.outer.front(), shape);
-    const bool same = std::ranges::all_of(pieces.outer, [&](const Piece& p) { return place(p, shape) == first; });
-    return same ? first : Place::unknown;
+  static std::size_t triangles(const Pieces& pieces) {
+    const auto of = [](const Polygon& copy) {
+      return std::min(copy.size(), std::max(copy.size(), std::size_t{3}) - 2);
+    };
+    return of(pieces.inner) + of(pieces.outer);
   }
 
   const std::span<const Region> regions_;
@@ -232,11 +236,11 @@ class Cutter {
   bool stopped_ = false;
 };
 
-Piece piece_of(MeshView mesh, std::size_t triangle, const Vec3& off) {
+std::array<Corner, 3> piece_of(MeshView mesh, std::size_t triangle, const Vec3& off) {
   return {{{mesh.corner(triangle, 0), off}, {mesh.corner(triangle, 1), off}, {mesh.corner(triangle, 2), off}}};
 }
 
-Place kept_place(const Piece& piece, std::span<const Region> regions, Keep keep) {
+Place kept_place(std::span<const Corner> piece, std::span<const Region> regions, Keep keep) {
   const Place kept = keep == Keep::inside ? Place::inside : Place::outside;
   bool all = true;
   for (const Region& region : regions) {
@@ -259,7 +263,7 @@ std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region>
   std::size_t kept = 0;  // of the first triangles: all so far, not collected yet
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if ((t % kBetweenLooks == 0 && interrupted()) || cutter.stopped()) return std::nullopt;
-    const Piece piece = piece_of(mesh, t, off);
+    const std::array piece = piece_of(mesh, t, off);
     const Place where = kept_place(piece, regions, keep);
     if (where == Place::inside && kept == t) {
       ++kept;
@@ -274,7 +278,7 @@ std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region>
     if (where != Place::unknown) continue;
     for (const Pieces& pieces : cutter.cut(piece)) {
       if (cutter.is_stopped(pieces)) return std::nullopt;
-      const double wide = gap(pieces), moved = distance_off(pieces);
+      const double wide = gap(pieces), moved = std::max(distance_off(pieces.inner), distance_off(pieces.outer));
       sure.add(pieces.inner, number);
       sure.err(wide <= resolution ? rounding::add_up(wide, moved) : moved);
       if (wide <= resolution) continue;

@@ -7,15 +7,19 @@
 // The distance to another mesh is 1-Lipschitz, so for its supremum s over P
 //   sup over sure - e <= s <= max(sup over sure + e, sup over doubtful + e).
 //
-// Proof. Each triangle is cut twice: an inner copy by half-spaces within the region, an outer copy by half-spaces
-// that contain it. A corner carries the largest difference of each coordinate from the corner that it stands for: the
-// corners of an inner triangle stand for those of one within P, those of the outer ones for triangles that cover P. A
-// triangle is cut by numbers at its corners: f, the height above the plane, plus (inner) or minus (outer) what f may
-// be off, at corners moved by their differences. Along a triangle both are affine, so that where the number is <= 0,
-// the inner copy's f is, and the outer copy keeps every point whose f is. The new corner stands for the exact point
-// at the same parameter of the edge (engine/rounding.h R15). Then e is the sum of the largest difference and of
-// the gap, the largest distance of an outer corner from an inner one: the distance from a convex set has its maximum
-// over a triangle at a corner. Outer triangles with a gap above `resolution` are doubtful.
+// Proof. Each triangle is cut twice, as a convex polygon: an inner copy by half-spaces within the region, an outer copy
+// by half-spaces that contain it. A corner carries the largest difference of each coordinate from the exact corner that
+// it stands for: the exact inner polygon is within P, the exact outer ones cover P. A polygon is cut along its edges,
+// at the zeros of a number g at its corners: the height f above the plane, plus (inner) or minus (outer) what f may be
+// off. A new corner stands for the exact point at the same parameter of the exact edge (engine/rounding.h R15), so the
+// exact polygon stays convex, and f, which is affine, is at most g (inner) or at least g (outer) at every corner, new
+// ones included. Inner: each corner that is kept has g <= 0, so f <= 0 in their hull. Outer: what is cut off is the
+// hull of corners with g > 0 and of the two ends of the cut with g = 0, so f >= 0 in it, and f = 0 only on the cut.
+// That needs g <= 0 or g > 0 of corners that follow each other only. Where rounding makes g change its sign more than
+// twice, the inner copy keeps one such run of corners, and the outer copy leaves out one. A triangle of the fan of a
+// computed polygon stands for one of the exact polygon. Then e is the sum of the largest difference and of the gap
+// between both copies, which is that of an outer corner: the distance from a convex set has its maximum over a polygon
+// at a corner. Outer polygons with a gap above `resolution` are doubtful.
 //
 // Box: its six half-spaces, inner and outer alike. A coordinate of a corner that was given, or that an axis-parallel
 // edge or plane fixes, is exact, and so is its comparison: a surface in a face of the box is inside.
@@ -37,7 +41,7 @@
 
 namespace meshgauge {
 
-// Pieces made of cut triangles, of one part: the others that a sphere's surface passes through are doubtful.
+// Triangles made of cut ones, of one part: what a region's surface passes through after them is doubtful.
 inline constexpr std::size_t kMostPieces = std::size_t{1} << 20;
 
 struct PartMesh {

@@ -1,6 +1,7 @@
 #include "engine/pieces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,8 +11,6 @@ namespace meshgauge {
 namespace {
 
 using rounding::kUnit;
-
-constexpr std::size_t kMostCompared = std::size_t{1} << 10;  // pairs of triangles
 
 // The end of an axis-parallel edge, or a coordinate that the plane fixes, is exact: nothing is added to `off`.
 Corner crossing(const Corner& a, const Corner& b, double height_a, double height_b, const Plane& plane) {
@@ -30,71 +29,73 @@ Corner crossing(const Corner& a, const Corner& b, double height_a, double height
   return corner;
 }
 
-enum class Edge { kept, left_out };  // whether a triangle with no corner below the plane keeps what touches it
+enum class Edge { kept, left_out };  // whether a polygon with no corner below the plane keeps what touches it
+enum class Copy { inner, outer };
 
-// Appends the part of `piece` where the heights are at most 0.
-void cut(const Piece& piece, const std::array<double, 3>& heights, const Plane& plane, Edge edge,
-         std::vector<Piece>& out) {
-  const auto [least, most] = std::minmax({heights[0], heights[1], heights[2]});
-  if (edge == Edge::kept ? least > 0 : least >= 0) return;
-  if (most <= 0) return out.push_back(piece);
-  std::array<Corner, 4> corners;
-  std::size_t size = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t next = (i + 1) % 3;
-    if (heights[i] <= 0) corners[size++] = piece[i];
-    if (heights[i] < 0 && heights[next] > 0)
-      corners[size++] = crossing(piece[i], piece[next], heights[i], heights[next], plane);
-    if (heights[i] > 0 && heights[next] < 0)
-      corners[size++] = crossing(piece[next], piece[i], heights[next], heights[i], plane);
+// Cuts by g = sign * height + shift * height_off: an inner copy keeps the corners around the lowest one that follow
+// each other with g <= 0, an outer copy leaves out those around the highest one with g > 0. They are the same corners
+// unless rounding has made g change its sign more than twice.
+Polygon cut(const Polygon& polygon, const Plane& plane, double sign, double shift, Edge edge, Copy copy) {
+  const std::size_t size = polygon.size();
+  if (size == 0) return {};
+  std::vector<double> g(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    g[i] = sign * plane.height(polygon[i].at);
+    if (shift != 0) g[i] += shift * plane.height_off(polygon[i]);
   }
-  const auto corner = [&](std::size_t i) { return corners[std::min(i, size - 1)]; };
-  out.push_back({corner(0), corner(1), corner(2)});
-  if (size == 4) out.push_back({corners[0], corners[2], corners[3]});
-}
-
-// Cuts by sign * height + shift * height_off <= 0.
-std::vector<Piece> cut_all(const std::vector<Piece>& pieces, const Plane& plane, double sign, double shift, Edge edge) {
-  std::vector<Piece> out;
-  out.reserve(pieces.size() + 1);
-  for (const Piece& piece : pieces) {
-    std::array<double, 3> heights;
-    for (std::size_t i = 0; i < 3; ++i) {
-      heights[i] = sign * plane.height(piece[i].at);
-      if (shift != 0) heights[i] += shift * plane.height_off(piece[i]);
-    }
-    cut(piece, heights, plane, edge, out);
+  const auto [least, most] = std::ranges::minmax_element(g);
+  if (edge == Edge::kept ? *least > 0 : *least >= 0) return {};
+  if (*most <= 0) return polygon;
+  const auto next = [&](std::size_t i) { return i + 1 == size ? 0 : i + 1; };
+  const auto before = [&](std::size_t i) { return (i == 0 ? size : i) - 1; };
+  std::size_t first = static_cast<std::size_t>((copy == Copy::inner ? least : most) - g.begin()), last = first;
+  if (copy == Copy::inner) {
+    while (g[before(first)] <= 0) first = before(first);
+    while (g[next(last)] <= 0) last = next(last);
+  } else {
+    while (g[first] > 0) first = next(first);
+    while (g[last] > 0) last = before(last);
   }
+  const auto crossed = [&](std::size_t a, std::size_t b) {
+    return crossing(polygon[a], polygon[b], g[a], g[b], plane);
+  };
+  Polygon out;
+  out.reserve(size + 1);
+  if (g[first] < 0) out.push_back(crossed(first, before(first)));
+  for (std::size_t i = first; i != last; i = next(i)) out.push_back(polygon[i]);
+  out.push_back(polygon[last]);
+  if (g[last] < 0) out.push_back(crossed(last, next(last)));
   return out;
 }
 
 bool are_equal(const Pieces& pieces) {
-  const auto same = [](const Corner& a, const Corner& b) { return a.at == b.at && a.off == b.off; };
   return std::ranges::equal(pieces.inner, pieces.outer,
-                            [&](const Piece& a, const Piece& b) { return std::ranges::equal(a, b, same); });
+                            [](const Corner& a, const Corner& b) { return a.at == b.at && a.off == b.off; });
 }
 
 // Two halves of a triangle, at its longest edge.
-std::array<Piece, 2> halves(const Piece& piece) {
+std::vector<Pieces> halves(const Polygon& triangle) {
   std::size_t longest = 0;
   std::array<double, 3> lengths;
-  for (std::size_t i = 0; i < 3; ++i) lengths[i] = length_of(piece[(i + 1) % 3].at - piece[i].at);
+  for (std::size_t i = 0; i < 3; ++i) lengths[i] = length_of(triangle[(i + 1) % 3].at - triangle[i].at);
   for (std::size_t i = 1; i < 3; ++i) longest = lengths[i] > lengths[longest] ? i : longest;
-  const Corner &a = piece[longest], &b = piece[(longest + 1) % 3], &c = piece[(longest + 2) % 3];
+  const Corner &a = triangle[longest], &b = triangle[(longest + 1) % 3], &c = triangle[(longest + 2) % 3];
   const Corner middle = crossing(a, b, -1, 1, Plane{});
-  return {{{a, middle, c}, {middle, b, c}}};
+  const Polygon first{a, middle, c}, second{middle, b, c};
+  return {{first, first}, {second, second}};
 }
 
 std::vector<Pieces> halves(const Pieces& pieces) {
   Box box;
-  for (const Piece& piece : pieces.outer) {
-    for (const Corner& corner : piece) box.extend(corner.at);
-  }
+  for (const Corner& corner : pieces.outer) box.extend(corner.at);
   Plane plane{Vec3::Zero(), box.low + (box.high - box.low) / 2};
   (box.high - box.low).maxCoeff(&plane.axis);
   plane.normal[plane.axis] = 1;
-  return {{cut_all(pieces.inner, plane, 1, 0, Edge::kept), cut_all(pieces.outer, plane, 1, 0, Edge::kept)},
-          {cut_all(pieces.inner, plane, -1, 0, Edge::left_out), cut_all(pieces.outer, plane, -1, 0, Edge::left_out)}};
+  const auto half = [&](double sign, Edge edge) {
+    return Pieces{cut(pieces.inner, plane, sign, 0, edge, Copy::inner),
+                  cut(pieces.outer, plane, sign, 0, edge, Copy::outer)};
+  };
+  return {half(1, Edge::kept), half(-1, Edge::left_out)};
 }
 
 }  // namespace
@@ -121,49 +122,42 @@ double Plane::height_off(const Corner& corner) const {
 }
 
 Pieces within(const Pieces& pieces, const HalfSpace& half) {
-  return {cut_all(pieces.inner, half.inner, 1, 1, Edge::kept), cut_all(pieces.outer, half.outer, 1, -1, Edge::kept)};
+  return {cut(pieces.inner, half.inner, 1, 1, Edge::kept, Copy::inner),
+          cut(pieces.outer, half.outer, 1, -1, Edge::kept, Copy::outer)};
 }
 
 Pieces beyond(const Pieces& pieces, const HalfSpace& half) {
-  return {cut_all(pieces.inner, half.outer, -1, 1, Edge::left_out),
-          cut_all(pieces.outer, half.inner, -1, -1, Edge::left_out)};
+  return {cut(pieces.inner, half.outer, -1, 1, Edge::left_out, Copy::inner),
+          cut(pieces.outer, half.inner, -1, -1, Edge::left_out, Copy::outer)};
 }
 
 std::vector<Pieces> divided(const Pieces& pieces) {
-  if (!are_equal(pieces)) return halves(pieces);
+  if (pieces.outer.size() < 3 || !are_equal(pieces)) return halves(pieces);
+  if (pieces.outer.size() == 3) return halves(pieces.outer);
   std::vector<Pieces> parts;
-  if (pieces.outer.size() == 1) {
-    for (const Piece& half : halves(pieces.outer[0])) parts.push_back({{half}, {half}});
-  } else {
-    for (const Piece& piece : pieces.outer) parts.push_back({{piece}, {piece}});
+  for (std::size_t i = 2; i < pieces.outer.size(); ++i) {
+    const Polygon triangle{pieces.outer[0], pieces.outer[i - 1], pieces.outer[i]};
+    parts.push_back({triangle, triangle});
   }
   return parts;
 }
 
-double gap(const Pieces& pieces) {
-  if (are_equal(pieces)) return 0;
-  if (pieces.outer.size() * pieces.inner.size() > kMostCompared) return std::numeric_limits<double>::infinity();
+double distance_off(const Polygon& polygon) {
   double largest = 0;
-  for (const Piece& piece : pieces.outer) {
-    for (const Corner& corner : piece) {
-      double nearest = std::numeric_limits<double>::infinity();
-      for (const Piece& other : pieces.inner) {
-        for (const Corner& to : other) nearest = std::min(nearest, length_of(corner.at - to.at));
-      }
-      largest = std::max(largest, nearest);
-    }
-  }
-  return largest * (1 + 16 * kUnit);
+  for (const Corner& corner : polygon) largest = std::max(largest, corner.distance_off());
+  return largest;
 }
 
-double distance_off(const Pieces& pieces) {
+double gap(const Pieces& pieces) {
+  if (are_equal(pieces)) return 0;
   double largest = 0;
-  for (const auto* copy : {&pieces.inner, &pieces.outer}) {
-    for (const Piece& piece : *copy) {
-      for (const Corner& corner : piece) largest = std::max(largest, corner.distance_off());
-    }
+  for (const Corner& corner : pieces.outer) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Corner& to : pieces.inner) nearest = std::min(nearest, length_of(corner.at - to.at));
+    largest = std::max(largest, nearest);
   }
-  return largest;
+  if (pieces.inner.size() > 3) largest = rounding::add_up(largest, 2 * distance_off(pieces.inner));
+  return largest * (1 + 16 * kUnit);
 }
 
 }  // namespace meshgauge

@@ -1,8 +1,8 @@
 // Triangles cut by planes, with what rounding has moved of each corner: engine/clipping.h has the statement and proof.
 #pragma once
 
-#include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "engine/mesh.h"
@@ -17,12 +17,14 @@ struct Corner {
   double distance_off() const;
 };
 
-using Piece = std::array<Corner, 3>;
+// Corners in order. The corners that they stand for are those of a convex polygon. Fewer than three: a segment, a
+// point, nothing.
+using Polygon = std::vector<Corner>;
 
 // The part of one triangle that satisfies some conditions, between an inner and an outer copy.
 struct Pieces {
-  std::vector<Piece> inner;
-  std::vector<Piece> outer;
+  Polygon inner;
+  Polygon outer;
 };
 
 // Heights above a plane, positive on one side: n . (x - origin) - offset.
@@ -47,15 +49,16 @@ struct HalfSpace {
 Pieces within(const Pieces& pieces, const HalfSpace& half);
 // Cuts both copies by the complement: the closure of what is not in the half-space.
 Pieces beyond(const Pieces& pieces, const HalfSpace& half);
-// Divides both copies: into triangles, or one triangle in two at its longest edge, if the copies are equal; else by a
-// plane across the widest axis. Rounding is in `off` of the new corners.
+// Divides both copies: if they are equal, a triangle in two at its longest edge, another polygon into triangles; else
+// by a plane across the widest axis. Rounding is in `off` of the new corners.
 std::vector<Pieces> divided(const Pieces& pieces);
 
-// Upper bound of the distance of any point of `outer` from `inner`; infinite when only `inner` is empty, or when both
-// have too many triangles to compare.
+// Upper bound of the distance of any point in the hull of `outer` from the fan of triangles of `inner`; infinite when
+// only `inner` is empty. A point in the hull of `inner` and one of the fan stand for the same exact point, and both are
+// within distance_off(inner) of it: that counts twice, but for a triangle.
 double gap(const Pieces& pieces);
-// The largest distance_off() of both copies.
-double distance_off(const Pieces& pieces);
+// The largest Corner::distance_off().
+double distance_off(const Polygon& polygon);
 
 // Returns |v| within a relative error of 8u.
 double length_of(const Vec3& v);

@@ -3,12 +3,14 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "engine/clipping.h"
 #include "engine/hausdorff.h"
+#include "engine/pieces.h"
 #include "engine/prepared.h"
 #include "shapes.h"
 
@@ -220,13 +222,15 @@ TEST_CASE("regions: progress is told of the whole") {
 TEST_CASE("regions: cuts by boxes are polled") {
   const Mesh a = shapes::triangle({0.591, 0.779, -1.72}, {0.120, -0.430, 1.16}, {0.388, -1.239, -0.407});
   std::size_t polls = 0;
-  outside(a, slabs(18), polls);
+  const Part part = outside(a, slabs(64), polls);
+  CHECK(part.sure.mesh.triangles.size() < 10'000);
+  CHECK(part.doubtful.mesh.triangles.empty());
   CHECK(polls >= 4);
   const std::size_t all = polls;
   for (polls = 0; polls < all;) {
     const std::size_t last = polls + 1;
     polls = 0;
-    CHECK(!part_of(a, 0, slabs(18), Keep::outside, 1e-7, [&] { return ++polls >= last; }));
+    CHECK(!part_of(a, 0, slabs(64), Keep::outside, 1e-7, [&] { return ++polls >= last; }));
     REQUIRE(polls == last);
   }
 }
@@ -241,7 +245,9 @@ TEST_CASE("regions: a box cuts only the parts that it meets") {
     regions.push_back(box(centre - half, centre + half));
   }
   std::size_t polls = 0;
-  CHECK(outside(shapes::scaled(shapes::soup(10, random), 2), regions, polls).sure.mesh.triangles.size() < 10'000);
+  const Part part = outside(shapes::scaled(shapes::soup(10, random), 2), regions, polls);
+  CHECK(part.sure.mesh.triangles.size() < 10'000);
+  CHECK(part.doubtful.mesh.triangles.empty());
 }
 
 TEST_CASE("regions: a piece counts once for the most pieces, through however many regions it passes") {
@@ -324,4 +330,17 @@ TEST_CASE("regions: sides are searched for once, not in each part") {
   const std::uint64_t of_both = checks();
   options.sides.reset();
   CHECK(2 * of_both < 3 * (of_sides + checks()));
+}
+
+TEST_CASE("regions: where rounding changes the sign more than twice, inside keeps one run and outside leaves out one") {
+  Polygon polygon;
+  for (const auto& [x, y] : {std::pair(0.0, -1.0), {2.0, -1e-17}, {3.0, 1e-17}, {4.0, -1e-17}, {5.0, 1.0}, {0.0, 1.0}})
+    polygon.push_back({{x, y, 0}, Vec3::Zero()});
+  const Plane plane{{0, 1, 0}, Vec3::Zero(), 0, 1};
+  const Pieces left = within({polygon, polygon}, {plane, plane});
+  CHECK(left.inner.size() == 4);
+  for (const Corner& corner : left.inner) CHECK(corner.at.y() <= 0);
+  CHECK(left.outer.size() == 6);
+  CHECK(std::ranges::any_of(left.outer, [](const Corner& corner) { return corner.at.x() == 3; }));
+  CHECK(gap(left) > 1);
 }
