@@ -1,6 +1,8 @@
 #include "server/handlers/batch_junit.h"
 
 #include <chrono>
+#include <limits>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
@@ -46,6 +48,11 @@ std::string found_of_area(const store::Job& job, const std::string& units) {
          shortest(limit["share"]);
 }
 
+// null in a document is infinite.
+std::string number_of(const nlohmann::json& value) {
+  return shortest(value.is_number() ? value.get<double>() : std::numeric_limits<double>::infinity());
+}
+
 // "; bore in [0.01, 0.02] mm, limit 0.02 mm: pass" for each region and the rest.
 std::string found_of_regions(const store::Job& job, const std::string& units) {
   const auto document = nlohmann::json::parse(job.document, nullptr, false);
@@ -53,8 +60,8 @@ std::string found_of_regions(const store::Job& job, const std::string& units) {
   if (!document.contains("regions")) return text;
   for (const auto& region : document["regions"]) {
     const auto distance = region["distance"];
-    text += "; " + region["name"].get<std::string>() + " in [" + shortest(distance["lower"]) + ", " +
-            shortest(distance["upper"]) + "]" + units;
+    text += "; " + region["name"].get<std::string>() + " in [" + number_of(distance["lower"]) + ", " +
+            number_of(distance["upper"]) + "]" + units;
     if (region.contains("max_distance"))
       text += ", limit " + shortest(region["max_distance"]) + units + ": " + region["verdict"].get<std::string>();
   }
