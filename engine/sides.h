@@ -17,7 +17,7 @@ namespace meshgauge {
 // What is asked of the direction a_to_b. Lengths in the meshes' unit.
 struct SideOptions {
   static constexpr double kLeastLength = 0.01;
-  static constexpr double kGateTolerance = 1e-6;  // of the direction's upper bound: an interval that may hold a limit
+  static constexpr double kGateTolerance = 1e-4;  // of the direction's upper bound: an interval that may hold a limit
 
   // A gate: limits >= 0 of the distance of A's points inside of B, and of those outside. Options::uncertainty narrows
   // both. The search ends when it is decided; Options::narrow narrows the intervals further.

@@ -147,7 +147,7 @@ Result<Done> check_limits(const Gate& gate) {
     const std::string name = "the region " + api::shown_text(one.region.name) + ": its limit ";
     if (auto ok = same(one.limit, name.c_str(), gate.limit, "max_distance "); !ok) return ok;
   }
-  if (!gate.regions.empty() && !gate.limit.is_given() && gate.area_limit)
+  if (!gate.regions.empty() && !gate.limit.is_given() && (gate.area_limit || gate.zone))
     return refused("regions needs max_distance, the limit of what is in no region");
   const api::ComparisonOptions options = options_of(gate, limits_of(gate, 1));
   if (gate.zone && options.direction == Direction::b_to_a)

@@ -59,13 +59,28 @@ std::string found_of_regions(const store::Job& job, const std::string& units) {
   std::string text;
   if (!document.contains("regions")) return text;
   for (const auto& region : document["regions"]) {
-    const auto distance = region["distance"];
+    const auto& distance = region["distance"];
     text += "; " + region["name"].get<std::string>() + " in [" + number_of(distance["lower"]) + ", " +
             number_of(distance["upper"]) + "]" + units;
     if (region.contains("max_distance"))
       text += ", limit " + shortest(region["max_distance"]) + units + ": " + region["verdict"].get<std::string>();
   }
   return text;
+}
+
+// "; inside in [0.01, 0.02] mm, limit 0.05 mm; outside in [0.01, 0.02] mm, limit 0.1 mm", or why there are no sides;
+// empty without a zone.
+std::string found_of_zone(const store::Job& job, const std::string& units) {
+  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  if (!document.contains("sides") || !document["gate"].is_object() || !document["gate"].contains("zone")) return "";
+  const auto& sides = document["sides"];
+  if (!sides["refused"].is_null()) return "; no sides: " + sides["refused"]["detail"].get<std::string>();
+  const auto side = [&](const char* name, double limit) {
+    return std::string("; ") + name + " in [" + number_of(sides[name]["lower"]) + ", " +
+           number_of(sides[name]["upper"]) + "]" + units + ", limit " + shortest(limit) + units;
+  };
+  const auto& zone = document["gate"]["zone"];
+  return side("inside", -zone[0].get<double>()) + side("outside", zone[1].get<double>());
 }
 
 // "; a was moved before, no point farther than 5.2 mm"; empty: it was not.
@@ -82,7 +97,8 @@ std::string found(const store::Job& job) {
   const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
   std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
-  return text + found_of_area(job, units) + found_of_regions(job, units) + found_of_alignment(job, units);
+  return text + found_of_zone(job, units) + found_of_area(job, units) + found_of_regions(job, units) +
+         found_of_alignment(job, units);
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {

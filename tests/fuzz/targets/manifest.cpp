@@ -33,11 +33,13 @@ Json as_manifest(const Tolerance& tolerance) {
   return json;
 }
 
+// A share has been divided by a hundred, and is checked apart.
 std::string as_manifest(const Limit& limit) {
+  if (limit.max_diagonal_share) return "1 %";
   return number(limit.max_distance.value_or(0)) + (limit.unit ? " " + std::string(to_string(*limit.unit)) : "");
 }
 
-// JSON is YAML. A share has been divided by a hundred, and is checked apart.
+// JSON is YAML.
 Json as_manifest(const Entry& entry) {
   const Gate& gate = entry.gate;
   Json json{{"name", entry.name.text},
@@ -53,6 +55,7 @@ Json as_manifest(const Entry& entry) {
   if (gate.area_limit) {
     json["max_share_beyond"] = {{"distance", as_manifest(gate.area_limit->distance)}, {"share", "1 %"}};
   }
+  if (gate.zone) json["zone"] = {"-" + as_manifest(gate.zone->inside), as_manifest(gate.zone->outside)};
   if (gate.options.strategy == Strategy::n_point) json["points"] = gate.options.points;
   if (gate.threads_given) json["threads"] = gate.options.threads;
   const api::AskedUnits& units = gate.options.units;
@@ -82,7 +85,11 @@ void require_sound(const Limit& limit) {
 }
 
 void require_sound(const Entry& entry) {
-  require(entry.gate.limit.is_given() || entry.gate.area_limit, "a gate has a limit");
+  require(entry.gate.limit.is_given() || entry.gate.area_limit || entry.gate.zone, "a gate has a limit");
+  if (entry.gate.zone) {
+    require_sound(entry.gate.zone->inside);
+    require_sound(entry.gate.zone->outside);
+  }
   if (entry.gate.limit.is_given()) require_sound(entry.gate.limit);
   if (entry.gate.area_limit) {
     require_sound(entry.gate.area_limit->distance);

@@ -40,10 +40,11 @@ export function optionsOf(result: Comparison): Options {
   };
 }
 
-function limitsAsked({ max_distance, max_share_beyond, uncertainty }: NonNullable<Comparison["gate"]>): NonNullable<Options["gate"]> {
+function limitsAsked({ max_distance, max_share_beyond, zone, uncertainty }: NonNullable<Comparison["gate"]>): NonNullable<Options["gate"]> {
   return {
     ...(max_distance === null ? {} : { max_distance }),
     ...(max_share_beyond ? { max_share_beyond } : {}),
+    ...(zone ? { zone } : {}),
     ...(uncertainty ? { uncertainty } : {}),
   };
 }
@@ -115,9 +116,9 @@ function limitLines(result: Comparison): string[] {
     const known = length(toDigitsAbove(distance.upper ?? distance.lower, 3));
     return [`    max_distance: ${known}  # just above what was measured: say what is allowed`];
   }
-  const { max_distance, max_share_beyond, uncertainty } = gate;
+  const { max_distance, max_share_beyond, zone, uncertainty } = gate;
   const share = max_share_beyond && `{distance: ${length(max_share_beyond.distance)}, share: ${toDigits(100 * max_share_beyond.share, 12)} %}`;
-  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : []), ...(uncertainty ? [`    uncertainty: ${length(uncertainty)}`] : []), ...regionLines(result, length)];
+  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : []), ...(zone ? [`    zone: [${zone.map(length).join(", ")}]`] : []), ...(uncertainty ? [`    uncertainty: ${length(uncertainty)}`] : []), ...regionLines(result, length)];
 }
 
 function regionLines(result: Comparison, length: (number: number) => string): string[] {

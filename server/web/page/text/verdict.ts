@@ -78,9 +78,9 @@ export function pairNotes({ notes }: { notes?: string[] }): string[] {
 export function wordingOf(result: Comparison, timeoutMs: number | null = null): Wording {
   const { verdict } = result;
   if (verdict === null) return withoutGate(result, timeoutMs);
-  const others = [regionsSentence(result, unitsOf(result)), areaSentence(result)].filter((one) => one !== "").join(" ");
+  const others = [regionsSentence(result, unitsOf(result)), zoneSentence(result), areaSentence(result)].filter((one) => one !== "").join(" ");
   const rest = ofRest(result);
-  if (verdict !== distanceVerdict(rest)) return { tone: verdict, heading: headings[verdict], reason: others, proof: result.regions ? "" : areaProofs[verdict] };
+  if (verdict !== distanceVerdict(rest)) return { tone: verdict, heading: headings[verdict], reason: others, proof: result.regions || result.gate?.zone ? "" : areaProofs[verdict] };
   const words = verdict === "pass" ? forPass(rest) : verdict === "fail" ? forFail(rest) : forUndecided(rest, timeoutMs);
   const reason = result.regions ? `Outside of the regions: ${words.reason}` : words.reason;
   return { ...words, reason: others === "" ? reason : `${reason} ${others}` };
@@ -113,6 +113,16 @@ export function areaSentence(result: Comparison): string {
   const range = lower === 0 ? `At most ${to} %` : `Between ${from} and ${to} %`;
   const open = found.verdict === "undecided" ? `: whether at most ${most} is, is not decided` : `; at most ${most} may be`;
   return `${range} of the area is farther than ${withUnits(plain(found.distance), unitsOf(result))}${open}.`;
+}
+
+/** How far the candidate reaches to each side of the baseline, or why it has no sides; "": there is no zone. */
+function zoneSentence({ gate, sides, ...result }: Comparison): string {
+  if (!gate?.zone || !sides) return "";
+  const { refused, inside, outside } = sides;
+  if (refused) return `Nothing is inside or outside of the baseline (B): ${refused.detail}.`;
+  const units = unitsOf(result), [below, above] = gate.zone;
+  const side = ({ lower, upper }: typeof inside, limit: number) => `${intervalWords(lower, upper, units, limit)}, where ${withUnits(plain(limit), units)} is allowed`;
+  return `Inside of the baseline (B): ${side(inside, -below)}; outside of it: ${side(outside, above)}.`;
 }
 
 function figures(result: Comparison) {
