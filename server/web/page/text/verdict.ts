@@ -120,8 +120,9 @@ function zoneSentence({ gate, sides, ...result }: Comparison): string {
   if (!gate?.zone || !sides) return "";
   const { refused, inside, outside } = sides;
   if (refused) return `Nothing is inside or outside of the baseline (B): ${refused.detail}.`;
+  if (!inside || !outside) return "";
   const units = unitsOf(result), [below, above] = gate.zone;
-  const side = ({ lower, upper }: typeof inside, limit: number) => `${intervalWords(lower, upper, units, limit)}, where ${withUnits(plain(limit), units)} is allowed`;
+  const side = ({ lower, upper }: NonNullable<typeof inside>, limit: number) => `${intervalWords(lower, upper, units, limit)}, where ${withUnits(plain(limit), units)} is allowed`;
   return `Inside of the baseline (B): ${side(inside, -below)}; outside of it: ${side(outside, above)}.`;
 }
 
