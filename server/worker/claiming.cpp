@@ -168,6 +168,7 @@ void Worker::open(const HeldJobPtr& job) {
       buffer_.remove(*job);
     }
   }
+  if (!error && job->live->cancel_requested()) return cancel(job);
   if (!error) return begin_what_can();
   open_wake_.notify_all();
   if (again) return;  // another thread may be opening it by now

@@ -90,14 +90,14 @@ void Worker::cancel(const store::JobKey& key) {
   for (const HeldJobPtr& job : found) cancel(job);
 }
 
-// A job that a thread has taken ends there. Another one ends here: all threads may be busy for long.
+// A job that a thread has taken or opens ends there. Another one ends here: all threads may be busy for long.
 void Worker::cancel(const HeldJobPtr& job) {
   LiveJob& live = *job->live;
   live.cancel();
   bool buffered = false;
   {
     const std::lock_guard lock(mutex_);
-    buffered = job->stage == Stage::claimed || job->stage == Stage::opening || job->stage == Stage::ready;
+    buffered = job->stage == Stage::claimed || job->stage == Stage::ready;
     if (buffered) {
       buffer_.remove(*job);
       job->stage = Stage::leaving;
