@@ -38,11 +38,10 @@ std::string detail_of(const store::Job& job) {
 }
 
 // "; share of the area beyond 0.05 mm in [0.002, 0.003], limit 0.01"; empty without such a limit.
-std::string found_of_area(const store::Job& job, const std::string& units) {
-  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+std::string found_of_area(const nlohmann::json& document, const std::string& units) {
   const auto found = document.find("share_beyond");
   if (found == document.end()) return "";
-  const auto limit = document["gate"]["max_share_beyond"];
+  const auto& limit = document["gate"]["max_share_beyond"];
   return "; share of the area beyond " + shortest(limit["distance"]) + units + " in [" +
          shortest((*found)["share"]["lower"]) + ", " + shortest((*found)["share"]["upper"]) + "], limit " +
          shortest(limit["share"]);
@@ -54,8 +53,7 @@ std::string number_of(const nlohmann::json& value) {
 }
 
 // "; bore in [0.01, 0.02] mm, limit 0.02 mm: pass" for each region and the rest.
-std::string found_of_regions(const store::Job& job, const std::string& units) {
-  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+std::string found_of_regions(const nlohmann::json& document, const std::string& units) {
   std::string text;
   if (!document.contains("regions")) return text;
   for (const auto& region : document["regions"]) {
@@ -70,8 +68,7 @@ std::string found_of_regions(const store::Job& job, const std::string& units) {
 
 // "; inside in [0.01, 0.02] mm, limit 0.05 mm; outside in [0.01, 0.02] mm, limit 0.1 mm", or why there are no sides;
 // empty without a zone.
-std::string found_of_zone(const store::Job& job, const std::string& units) {
-  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+std::string found_of_zone(const nlohmann::json& document, const std::string& units) {
   if (!document.contains("sides") || !document["gate"].is_object() || !document["gate"].contains("zone")) return "";
   const auto& sides = document["sides"];
   if (!sides["refused"].is_null()) return "; no sides: " + sides["refused"]["detail"].get<std::string>();
@@ -84,8 +81,7 @@ std::string found_of_zone(const store::Job& job, const std::string& units) {
 }
 
 // "; a was moved before, no point farther than 5.2 mm"; empty: it was not.
-std::string found_of_alignment(const store::Job& job, const std::string& units) {
-  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+std::string found_of_alignment(const nlohmann::json& document, const std::string& units) {
   const auto found = document.find("alignment");
   if (found == document.end()) return "";
   return "; a was moved before, no point farther than " + shortest((*found)["largest_displacement"]) + units;
@@ -97,8 +93,9 @@ std::string found(const store::Job& job) {
   const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
   std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
-  return text + found_of_zone(job, units) + found_of_area(job, units) + found_of_regions(job, units) +
-         found_of_alignment(job, units);
+  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  return text + found_of_zone(document, units) + found_of_area(document, units) + found_of_regions(document, units) +
+         found_of_alignment(document, units);
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {

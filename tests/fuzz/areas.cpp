@@ -13,7 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include "engine/hausdorff.h"
-#include "engine/prepared.h"
+#include "fuzz/asked.h"
 #include "fuzz/attack.h"
 #include "fuzz/dice.h"
 #include "fuzz/generate.h"
@@ -24,14 +24,6 @@ namespace {
 using namespace meshgauge;
 
 constexpr long double kRounding = 1e-9L;  // of the bracket itself, relative to the pair's size; it is far wider
-
-struct Asked {
-  Options options;
-  std::uint64_t cancel_at = 0;  // 0: never
-  // The meshes that are measured stand for those of the pair, with these errors.
-  Mesh a, b;
-  double error_a = 0, error_b = 0;
-};
 
 // Moves each vertex by up to `most` on each axis. Returns an upper bound of the largest movement.
 double shake(fuzz::Dice& dice, double most, Mesh& mesh) {
@@ -51,8 +43,8 @@ double limit_of(fuzz::Dice& dice, double upper, const std::vector<AreaOptions::B
   return upper * dice.uniform(0, 1.1);
 }
 
-Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
-  Asked asked;
+fuzz::Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
+  fuzz::Asked asked;
   asked.a = pair.a;
   asked.b = pair.b;
   if (upper > 1e-100 && upper < 1e100 && dice.chance(0.2)) {
@@ -81,17 +73,6 @@ Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   return asked;
 }
 
-Outcome run(const Asked& asked, unsigned threads) {
-  Control control;
-  if (asked.cancel_at) control.cancel_at_check(asked.cancel_at);
-  Options options = asked.options;
-  options.threads = threads;
-  const auto prepared = [](const Mesh& mesh, double error) {
-    return Prepared(mesh, Prepared::Use::once, nullptr, std::nullopt, error);
-  };
-  return measure(prepared(asked.a, asked.error_a), prepared(asked.b, asked.error_b), options, control);
-}
-
 bool meets(const AreaInterval& found, const oracle::AreaBracket& bracket, long double slack) {
   return found.lower <= found.upper && found.lower <= bracket.high + slack && bracket.low - slack <= found.upper;
 }
@@ -105,7 +86,7 @@ bool same(const AreaBounds& x, const AreaBounds& y) {
 }
 
 // The name of what is violated; empty: nothing.
-std::string judge(const fuzz::Pair& pair, const Asked& asked, const AreaBounds& found) {
+std::string judge(const fuzz::Pair& pair, const fuzz::Asked& asked, const AreaBounds& found) {
   std::vector<oracle::AreaCell> cells;
   long double size = 0;
   for (std::size_t k = 0; k < found.beyond.size(); ++k) {
@@ -144,13 +125,13 @@ bool attack(std::uint64_t seed, std::uint64_t& complete) {
   Options plain;
   plain.direction = Direction::a_to_b;
   Control control;
-  const Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
-  const Outcome outcome = run(asked, 1);
+  const fuzz::Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
+  const Outcome outcome = fuzz::run(asked, 1);
   const AreaBounds& found = *outcome.areas->a_to_b;
   complete += found.stop == AreaStop::complete ? 1 : 0;
   std::string violated = judge(pair, asked, found);
   if (!asked.cancel_at && violated.empty() && dice.chance(0.05)) {
-    const Outcome again = run(asked, 2);
+    const Outcome again = fuzz::run(asked, 2);
     violated = judge(pair, asked, *again.areas->a_to_b);
     const bool is_same_start = outcome.a_to_b->bounds.upper == again.a_to_b->bounds.upper;
     if (is_same_start && !found.quantiles.empty() && !same(found, *again.areas->a_to_b)) violated = "threads";

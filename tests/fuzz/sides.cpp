@@ -13,7 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include "engine/hausdorff.h"
-#include "engine/prepared.h"
+#include "fuzz/asked.h"
 #include "fuzz/attack.h"
 #include "fuzz/closed.h"
 #include "fuzz/dice.h"
@@ -22,14 +22,6 @@
 namespace {
 
 using namespace meshgauge;
-
-struct Asked {
-  Options options;
-  std::uint64_t cancel_at = 0;  // 0: never
-  // The meshes that are measured stand for those of the pair, with these errors.
-  Mesh a, b;
-  double error_a = 0, error_b = 0;
-};
 
 // Moves each vertex by up to `most` on each axis, equal ones alike. Returns an upper bound of the largest movement.
 double shake(fuzz::Dice& dice, double most, Mesh& mesh) {
@@ -44,8 +36,8 @@ double shake(fuzz::Dice& dice, double most, Mesh& mesh) {
   return moved * (1 + 1e-12);
 }
 
-Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
-  Asked asked;
+fuzz::Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
+  fuzz::Asked asked;
   asked.a = pair.a;
   asked.b = pair.b;
   if (upper > 1e-20 && dice.chance(0.15)) {
@@ -71,17 +63,6 @@ Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   return asked;
 }
 
-Outcome run(const Asked& asked, unsigned threads) {
-  Control control;
-  if (asked.cancel_at) control.cancel_at_check(asked.cancel_at);
-  Options options = asked.options;
-  options.threads = threads;
-  const auto prepared = [](const Mesh& mesh, double error) {
-    return Prepared(mesh, Prepared::Use::once, nullptr, std::nullopt, error);
-  };
-  return measure(prepared(asked.a, asked.error_a), prepared(asked.b, asked.error_b), options, control);
-}
-
 bool same(const SideOutcome& x, const SideOutcome& y) {
   const auto equal = [](const SideBounds& a, const SideBounds& b) {
     return a.lower == b.lower && a.upper == b.upper && a.at == b.at && a.triangle == b.triangle;
@@ -90,7 +71,7 @@ bool same(const SideOutcome& x, const SideOutcome& y) {
 }
 
 // The name of what is violated; empty: nothing.
-std::string judge_refusal(const Asked& asked, const NoSides& refused, double size) {
+std::string judge_refusal(const fuzz::Asked& asked, const NoSides& refused, double size) {
   const oracle::Surface surface = oracle::surface_of(asked.b);
   const oracle::Dyadic volume = oracle::volume6(surface);
   switch (refused.why) {
@@ -110,8 +91,8 @@ std::string judge_refusal(const Asked& asked, const NoSides& refused, double siz
   }
 }
 
-std::string judge_side(const Asked& asked, const SideBounds& found, const oracle::SideBracket& bracket, bool inside,
-                       double size) {
+std::string judge_side(const fuzz::Asked& asked, const SideBounds& found, const oracle::SideBracket& bracket,
+                       bool inside, double size) {
   const std::string name = inside ? "inside" : "outside";
   const long double slack = 1e-9L * static_cast<long double>(size);
   if (!(0 <= found.lower && found.lower <= found.upper)) return name + ", order";
@@ -129,7 +110,7 @@ std::string judge_side(const Asked& asked, const SideBounds& found, const oracle
   return winding && (*winding > 0) == inside && *winding >= 0 ? "" : name + ", side of its point";
 }
 
-std::string judge(const fuzz::Pair& pair, const Asked& asked, const SideOutcome& found, double size) {
+std::string judge(const fuzz::Pair& pair, const fuzz::Asked& asked, const SideOutcome& found, double size) {
   if (found.refused) return judge_refusal(asked, *found.refused, size);
   const oracle::SidesBracket bracket =
       oracle::bracket_sides(pair.a, pair.b, 150, 1e-12L * static_cast<long double>(size));
@@ -155,18 +136,18 @@ bool attack(std::uint64_t seed, Counts& counts) {
   Options plain;
   plain.direction = Direction::a_to_b;
   Control control;
-  const Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
+  const fuzz::Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
   Box box = bounding_box(pair.a);
   box.extend(bounding_box(pair.b));
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
-  const Outcome outcome = run(asked, 1);
+  const Outcome outcome = fuzz::run(asked, 1);
   const SideOutcome& found = *outcome.sides;
   if (found.stop == AreaStop::complete && !found.refused) ++counts.narrow;
   if (found.refused) ++counts.refused;
   if (found.inside.lower > 0 && found.outside.lower > 0) ++counts.both;
   std::string violated = judge(pair, asked, found, size);
   if (violated.empty() && !asked.cancel_at && !asked.options.sides->zone && dice.chance(0.1)) {
-    const Outcome again = run(asked, 2);
+    const Outcome again = fuzz::run(asked, 2);
     const bool is_same_start = outcome.a_to_b->bounds.upper == again.a_to_b->bounds.upper;
     if (is_same_start && !same(found, *again.sides)) violated = "threads";
   }
