@@ -48,7 +48,7 @@ Mesh thinned(MeshView cloud, std::size_t most, std::uint32_t farthest, std::vect
 }
 
 ColourScale scale_of(const ResultFacts& facts, const Deviation& deviations) {
-  if (facts.limit) return {*facts.limit, true};
+  if (facts.limit) return {facts.limit->limit, true};
   return {deviations.distances[deviations.farthest], false};
 }
 

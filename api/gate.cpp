@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <tuple>
 
 #include "api/refused.h"
 
@@ -42,6 +43,15 @@ Result<Done> check_sides(const ComparisonOptions& options, std::string_view name
 Verdict verdict_within(double lower, double upper, double limit, double uncertainty) {
   if (upper <= less_uncertainty(limit, uncertainty)) return Verdict::pass;
   return lower > plus_uncertainty(limit, uncertainty) ? Verdict::fail : Verdict::undecided;
+}
+
+DistanceLimit shown_limit(std::span<const DistanceLimit> limits, double uncertainty) {
+  const auto rank = [&](const DistanceLimit& one) {
+    const Verdict found = verdict_within(one.lower, one.upper, one.limit, uncertainty);
+    const int severity = found == Verdict::fail ? 2 : found == Verdict::undecided ? 1 : 0;
+    return std::tuple(severity, one.side.empty(), severity == 0 ? one.limit : -one.limit);
+  };
+  return *std::ranges::max_element(limits, {}, rank);
 }
 
 Options engine_options(const ComparisonOptions& options) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "api/comparison_options.h"
@@ -22,6 +23,18 @@ Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_vie
 // Returns pass when what lies in [lower, upper] is certainly at most `limit` (upper <= limit - uncertainty), fail when
 // it is certainly above (lower > limit + uncertainty), undecided when the limit lies inside the interval.
 Verdict verdict_within(double lower, double upper, double limit, double uncertainty = 0);
+
+// A limit of the distance, or of that on one side of the other mesh, and the interval of what it limits.
+struct DistanceLimit {
+  double limit = 0;
+  double lower = 0;
+  double upper = 0;
+  std::string_view side{};  // "inside", "outside"; empty: both
+};
+
+// Returns the limit that distances without a sign are shown against: of those with the worst verdict the first that is
+// of both sides, else the smallest, or the largest where all pass. Precondition: there is one.
+DistanceLimit shown_limit(std::span<const DistanceLimit> limits, double uncertainty);
 
 // Returns the error for sides, or a zone, where no distance is measured from mesh a. `name`: as above.
 Result<Done> check_sides(const ComparisonOptions& options, std::string_view name);

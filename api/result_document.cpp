@@ -4,11 +4,14 @@
 #include <cmath>
 #include <iterator>
 #include <string>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "api/align.h"
+#include "api/gate.h"
 
 namespace meshgauge::api {
 namespace {
@@ -40,17 +43,33 @@ std::optional<ResultDirection> direction_of(const Json& document, const char* na
   return is_interval(direction.lower, direction.upper) ? std::optional(direction) : std::nullopt;
 }
 
-double limit_of(const Json& gate) {
-  if (const Json& distance = gate.at("max_distance"); !distance.is_null()) return distance.get<double>();
-  if (gate.contains("max_share_beyond")) return gate.at("max_share_beyond").at("distance").get<double>();
-  return std::max(-gate.at("zone").at(0).get<double>(), gate.at("zone").at(1).get<double>());
+// Nothing but the limits is known of a zone whose mesh b has no sides.
+DistanceLimit limit_of(const Json& document, const Json& gate) {
+  std::vector<DistanceLimit> limits;
+  const Json& max_distance = gate.at("max_distance");
+  const Json::json_pointer share("/max_share_beyond/distance");
+  if (!max_distance.is_null()) {
+    const Json& distance = document.at("distance");
+    limits.push_back({max_distance.get<double>(), distance.at("lower").get<double>(), upper_of(distance)});
+  } else if (gate.contains(share)) {
+    return {gate.at(share).get<double>()};
+  }
+  for (const auto& [side, place, sign] : {std::tuple("inside", 0U, -1), std::tuple("outside", 1U, 1)}) {
+    if (!limits.empty() && !gate.contains("zone")) break;
+    const Json found = document.value(Json::json_pointer(std::string("/sides/") + side), Json());
+    if (found.is_null() && !max_distance.is_null()) continue;
+    const double limit = sign * gate.at("zone").at(place).get<double>();
+    limits.push_back(found.is_null() ? DistanceLimit{limit}
+                                     : DistanceLimit{limit, found.at("lower").get<double>(), upper_of(found), side});
+  }
+  return shown_limit(limits, gate.value("uncertainty", 0.0));
 }
 
 ResultFacts facts_of(const Json& document, Side candidate) {
   const bool of_a = candidate == Side::a;
   ResultFacts facts;
   if (const auto gate = document.find("gate"); gate != document.end() && !gate->is_null()) {
-    facts.limit = limit_of(*gate);
+    facts.limit = limit_of(document, *gate);
   }
   facts.lower = document.at("distance").at("lower").get<double>();
   facts.upper = upper_of(document.at("distance"));

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "api/gate.h"
 #include "api/unit_plan.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
@@ -33,8 +34,9 @@ struct ResultDirection {
 };
 
 struct ResultFacts {
-  std::optional<double>
-      limit;         // max_distance, else that of max_share_beyond, else the larger of zone; nullopt: no gate
+  // That distances without a sign are shown against: shown_limit() of max_distance and zone, or else the distance of
+  // max_share_beyond. nullopt: no gate.
+  std::optional<DistanceLimit> limit;
   double lower = 0;  // the certified interval; `upper` is infinite when there is no upper bound yet
   double upper = std::numeric_limits<double>::infinity();
   std::optional<ResultWitness> witness;      // for the direction that attains `lower`

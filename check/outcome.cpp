@@ -193,7 +193,7 @@ std::string_view to_string(Level level) {
 }
 
 api::ResultFacts facts_of(const Measured& measured) {
-  return {measured.limit,     measured.lower, measured.upper, measured.witness,
+  return {measured.shown,     measured.lower, measured.upper, measured.witness,
           measured.direction, measured.units, measured.motion};
 }
 
@@ -256,13 +256,8 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
     measured.zone = zone_from(document, *limits.zone);
     if (!measured.zone) return no_comparison("it does not say how far the candidate is on each side");
   }
-  if (limits.max_distance) {
-    measured.limit = *limits.max_distance;
-  } else if (limits.max_share_beyond) {
-    measured.limit = limits.max_share_beyond->distance;
-  } else if (limits.zone) {
-    measured.limit = std::max(limits.zone->inside, limits.zone->outside);
-  }
+  measured.limit = limits.max_distance.value_or(0);
+  measured.shown = facts->limit.value_or(api::DistanceLimit{measured.limit});
   measured.lower = facts->lower;
   measured.upper = facts->upper;
   measured.units = facts->units;

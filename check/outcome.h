@@ -80,7 +80,8 @@ struct Criterion {
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
 struct Measured {
   nlohmann::ordered_json document;  // JSON of the whole comparison
-  double limit = 0;  // max_distance of the request, else the distance of max_share_beyond, else the larger of zone
+  double limit = 0;                 // max_distance of the request; 0: none
+  api::DistanceLimit shown{};       // as in api::ResultFacts
   bool has_max_distance = true;
   double uncertainty = 0;  // of the request
   std::optional<ShareBeyond> share_beyond;
@@ -121,13 +122,21 @@ Criterion foremost(const Measured& measured);
 
 api::ResultFacts facts_of(const Measured& measured);
 
+// One side of a zone in one run.
+struct PastSide {
+  std::optional<double> lower, upper;  // nullopt: the baseline has no sides, or no finite upper bound
+  double limit = 0;
+};
+
 // The result of a gate in one run; lengths in `unit`.
 struct PastRun {
   std::string commit;  // empty: not known
   Verdict verdict = Verdict::undecided;
-  std::optional<double> lower, upper, limit;  // nullopt: not measured, or no finite upper bound
-  std::string unit;                           // empty: not known
-  std::optional<ShareBeyond> share_beyond{};  // without its status; nullopt: no such limit, or not measured
+  std::optional<double> lower, upper, limit;    // nullopt: not measured, or no finite upper bound
+  std::string unit;                             // empty: not known
+  std::optional<ShareBeyond> share_beyond{};    // without its status; nullopt: no such limit, or not measured
+  std::optional<PastSide> inside{}, outside{};  // nullopt: no zone, or not measured
+  double uncertainty = 0;                       // of the lengths
 };
 
 struct GateOutcome {

@@ -150,7 +150,11 @@ std::string index_row(const GateOutcome& outcome, std::size_t index) {
   if (outcome.measured) {
     std::string found;
     for (const Criterion& c : criteria_of(*outcome.measured))
-      if (!c.is_of_region()) found += (found.empty() ? "" : ", ") + figures_of(c).both() + (c.beyond ? " %" : "");
+      if (!c.is_of_region())
+        found += (found.empty() ? "" : ", ") + figures_of(c).both() +
+                 (c.beyond         ? " %"
+                  : c.side.empty() ? ""
+                                   : " " + std::string(c.side));
     out += "<td class=\"number\">" + found + "</td>";
     out += "<td class=\"number\">" + escaped(limit_text(outcome)) + "</td><td class=\"wide\">" +
            interval_line(foremost(*outcome.measured)) + "</td>";

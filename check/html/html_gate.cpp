@@ -75,38 +75,47 @@ std::string figure(const Surface& surface, const Shot& shot, bool close, const s
   return out + "</figcaption></figure>\n";
 }
 
-std::string histogram_part(const Surface& surface, const std::string& units) {
+// "above the limit"; that of one side is shown on both.
+std::string above_limit(const GateOutcome& outcome) {
+  const api::DistanceLimit& limit = outcome.measured->shown;
+  if (limit.side.empty()) return "above the limit";
+  return "farther than the limit " + std::string(limit.side) + ", " +
+         escaped(with_unit(to_digits(limit.limit, 6), outcome.unit())) + ", on either side";
+}
+
+std::string histogram_part(const Surface& surface, const GateOutcome& outcome) {
   const Histogram& histogram = surface.histogram;
   if (histogram.points == 0) return "";
-  const std::string which = surface.candidate ? "candidate" : "baseline";
+  const std::string which = surface.candidate ? "candidate" : "baseline", units = outcome.unit();
   const auto figure_of = [&](double x) { return to_digits(x, 3) + (units.empty() ? "" : " " + units); };
   std::string out = "<figure class=\"histogram-figure\">" + histogram_drawing(histogram, surface.scale.top, units);
   out += "<figcaption>Distances over the " + which + "\xE2\x80\x99s surface: " +
          escaped("median " + figure_of(histogram.median) + ", 95 % within " + figure_of(histogram.p95)) + "; " +
-         to_digits(100 * histogram.above_limit, 3) + " % above the limit. Estimated at " + grouped(histogram.points) +
-         " points of equal area, not certified; " + (histogram.axis.logarithmic ? "both axes are" : "heights are") +
-         " logarithmic.</figcaption></figure>\n";
+         to_digits(100 * histogram.above_limit, 3) + " % " + above_limit(outcome) + ". Estimated at " +
+         grouped(histogram.points) + " points of equal area, not certified; " +
+         (histogram.axis.logarithmic ? "both axes are" : "heights are") + " logarithmic.</figcaption></figure>\n";
   return out;
 }
 
-std::string surface_part(const Surface& surface, const std::string& units) {
+std::string surface_part(const Surface& surface, const GateOutcome& outcome) {
+  const std::string units = outcome.unit();
   std::string out = "<section class=\"surface" + std::string(surface.close_up ? "" : " small") + "\"><h3>" +
                     std::string(surface.candidate ? "Candidate" : "Baseline") + ", coloured by distance to the " +
                     (surface.candidate ? "baseline" : "candidate") + "</h3>\n";
   out += "<div class=\"shots\">";
   out += figure(surface, surface.whole, false, units);
   if (surface.close_up) out += figure(surface, *surface.close_up, true, units);
-  out += "</div>\n<div class=\"scale\">" + colour_bar(surface.scale, units) + histogram_part(surface, units);
+  out += "</div>\n<div class=\"scale\">" + colour_bar(surface.scale, units) + histogram_part(surface, outcome);
   return out + "</div></section>\n";
 }
 
-std::string pictures_part(const GatePicture* picture, const std::string& units) {
+std::string pictures_part(const GatePicture* picture, const GateOutcome& outcome) {
   if (!picture) return "";
   if (!picture->missing.empty()) {
     return "<p class=\"note\">No picture: " + escaped(picture->missing) + ".</p>\n";
   }
   std::string out = picture->surfaces.size() > 1 ? "<div class=\"surfaces\">" : "<div class=\"surfaces one\">";
-  for (const Surface& surface : picture->surfaces) out += surface_part(surface, units);
+  for (const Surface& surface : picture->surfaces) out += surface_part(surface, outcome);
   return out + "</div>\n";
 }
 
@@ -163,7 +172,7 @@ std::string measured_part(const GateOutcome& outcome, const GatePicture* picture
   for (const Chart& chart : charts_of(outcome)) out += history_drawing(chart);
   out += notes_part(measured);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
-  out += advice_part(outcome) + link_part(measured) + witness_list(outcome) + pictures_part(picture, outcome.unit());
+  out += advice_part(outcome) + link_part(measured) + witness_list(outcome) + pictures_part(picture, outcome);
   return out + facts_part(outcome);
 }
 

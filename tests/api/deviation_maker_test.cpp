@@ -49,7 +49,7 @@ struct Pair {
 
 TEST_CASE("result facts: each side has its direction, and the witness is that of the lower bound") {
   const auto a = facts(document(), Side::a);
-  CHECK(a.limit == 0.5);
+  CHECK(a.limit->limit == 0.5);
   CHECK(a.units.result.unit == api::LengthUnit::millimeter);
   CHECK(api::factor_between(a.units.a, a.units.result) == Factor{127, 5});
   CHECK(api::factor_between(a.units.b, a.units.result).is_one());
@@ -96,7 +96,7 @@ TEST_CASE("deviation maker: a decimated map has the farthest vertex and all beyo
   options.refine = true;
   options.max_triangles = 1000;
   for (const bool limited : {false, true}) {
-    if (limited) known.limit = 0.1;
+    if (limited) known.limit = {{0.1}};
     const auto made = api::make_deviation(bumpy, plain, known, options, control);
     REQUIRE(made.ok());
     const api::DeviationMap& map = made->map();
@@ -120,7 +120,7 @@ TEST_CASE("deviation maker: a decimated map has a small loose part that is farth
   dirty.triangles.push_back({first, first + 1, first + 2});
   const Prepared candidate(dirty), baseline(clean);
   api::ResultFacts known;
-  known.limit = 0.1;
+  known.limit = {{0.1}};
   Control control;
   for (const std::size_t most : {20'000U, 5000U, 1000U, 1U}) {
     api::MapOptions options;

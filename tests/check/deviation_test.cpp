@@ -71,7 +71,7 @@ Result<Done> write(const check::DeviationFile& file, const Mesh& candidate, Cont
   const Prepared a(candidate), b(baseline);
   api::ResultFacts facts;
   facts.units.result = {api::LengthUnit::centimeter, api::UnitSource::declared};
-  facts.limit = 0.05;
+  facts.limit = {{0.05}};
   facts.lower = 0.1;
   facts.upper = 0.2;
   return check::write_deviation(file, a, b, facts, control);
@@ -129,7 +129,7 @@ TEST_CASE("deviation: a gate that passes at limit 0 shows nothing above it, desp
     const Outcome outcome = measure(a, b, {}, control);
     REQUIRE(outcome.upper == 0);
     api::ResultFacts facts;
-    facts.limit = 0;
+    facts.limit = {{0}};
     facts.direction = api::ResultDirection{0, outcome.a_to_b->bounds.upper, std::nullopt};
     const fs::path path = folder.path() / "map.ply";
     REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, facts, control).ok());

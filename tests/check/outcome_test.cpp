@@ -91,6 +91,7 @@ namespace {
 
 Result<Measured> in_zone(const std::string& refused, const std::string& inside, const std::string& outside) {
   const std::string text = R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":3},)"
+                           R"("gate":{"max_distance":null,"zone":[-1,2]},)"
                            R"("sides":{"status":"complete","refused":)" +
                            refused + R"(,"inside":)" + inside + R"(,"outside":)" + outside + "}}";
   return measured_from(nlohmann::ordered_json::parse(text), {{}, {}, SideOptions::Zone{1, 2}});
@@ -113,7 +114,11 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
   CHECK(criteria[0].side == "inside");
   CHECK(criteria[1].side == "outside");
   CHECK(foremost(*fail).side == "inside");
-  CHECK(fail->limit == 2);
+  CHECK(fail->shown.side == "inside");
+  CHECK(fail->shown.limit == 1);
+  CHECK(in_zone("null", side(0, 1), side(1, 2))->shown.limit == 2);
+  CHECK(in_zone("null", side(1.5, 2), side(2.5, 3))->shown.limit == 1);
+  CHECK(in_zone("null", side(0, 1), side(1, 3))->shown.side == "outside");
   GateOutcome outcome;
   outcome.gate.zone = ZoneLimit{{1, {}, {}}, {2, {}, {}}};
   outcome.measured = *fail;
@@ -130,6 +135,7 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
 TEST_CASE("outcome: nothing is known of a zone whose baseline has no sides, which no rule excuses") {
   const auto open = in_zone(R"({"detail":"mesh b is open","reason":"open","at":null})", "null", "null");
   CHECK(open->verdict == Verdict::undecided);
+  CHECK(open->shown.limit == 2);
   GateOutcome outcome;
   outcome.gate.zone = ZoneLimit{{1, {}, {}}, {2, {}, {}}};
   outcome.gate.warn_only = true;

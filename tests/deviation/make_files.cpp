@@ -40,7 +40,7 @@ bool write(const Case& made, const std::filesystem::path& folder) {
   const Prepared candidate(made.candidate), baseline(made.baseline);
   api::ResultFacts facts;
   facts.units.result = {api::LengthUnit::millimeter, api::UnitSource::declared};
-  facts.limit = made.limit;
+  facts.limit = {{made.limit}};
   facts.upper = 2 * made.limit;
   facts.witness = api::ResultWitness{true, made.candidate.positions[0], 0, made.baseline.positions[0], 0};
   for (const char* suffix : {".ply", ".glb"}) {

@@ -182,6 +182,17 @@ TEST_CASE("a limit of the area is drawn and worded in percent, alone and beside 
   CHECK(both.find("the distance is at most 0.07 mm") != std::string::npos);
 }
 
+TEST_CASE("a zone is named by its sides, and pictures are judged by the side that fails") {
+  const GateOutcome outcome = samples::zone("lid");
+  GatePicture picture;
+  picture.surfaces.emplace_back();
+  picture.surfaces[0].histogram = {{}, {1}, 100, 0.25, 0.01, 0.06, 0.07};
+  const std::string page = to_html(samples::report_of({outcome}), std::vector{picture});
+  CHECK(page.find("25 % farther than the limit inside, 0.05 mm, on either side.") != std::string::npos);
+  CHECK(page.find("0.06 \xE2\x80\xA6 0.07 inside, 0.01 \xE2\x80\xA6 0.02 outside</td>") != std::string::npos);
+  CHECK(page.find("at least 19 % above the limit") != std::string::npos);
+}
+
 TEST_CASE("units are escaped in drawings") {
   Criterion one = criterion(2, 3, 1, Verdict::fail);
   CHECK(interval_drawing(one, "<mm\">").find("<mm") == std::string::npos);
