@@ -86,7 +86,7 @@ void add_open(std::vector<std::string>& notes, const std::string& mesh, const Kn
   const ComparisonOptions& options = comparison.options;
   std::optional<double> limit = options.max_distance;
   if (!limit && options.max_share_beyond) limit = options.max_share_beyond->distance;
-  if (options.zone && !limit) limit = std::min(options.zone->inside, options.zone->outside);
+  if (const auto& zone = options.zone) limit = std::min({limit.value_or(zone->inside), zone->inside, zone->outside});
   const Factor factor = factor_between(known, comparison.units.result);
   const double apart = facts.notes.polygons.largest_deviation * factor.times / factor.over;
   if (!limit || !(*limit < kClose * apart)) return;

@@ -88,6 +88,12 @@ TEST_CASE("notes: a limit below ten times the deviation of splits gets a note in
       "than ten times that: the verdict may depend on how such a face is split";
   CHECK(api::notes_of(comparison) == Notes{open});
   comparison.options.max_distance = 100;
+  comparison.options.zone = {3, 2};
+  CHECK(api::notes_of(comparison) == Notes{open});
+  comparison.options.max_distance = {};
+  CHECK(api::notes_of(comparison) == Notes{open});
+  comparison.options.zone = {};
+  comparison.options.max_distance = 100;
   comparison.units = {millimetres, inches, millimetres};
   CHECK(api::notes_of(comparison).back().find("may depend on how") == std::string::npos);
   comparison.b.notes.polygons.largest_deviation = 10;  // 254 mm
