@@ -44,6 +44,8 @@ Error no_unit(std::string_view text) {
   return refused("must be a unit of length (" + std::string(api::kUnitNames) + "), not " + api::shown_text(text));
 }
 
+bool is_bare_zero(const Limit& limit) { return limit.max_distance == 0.0 && !limit.unit; }
+
 // Text behind the number must be a unit: "5e-", "0,05" and "0x10" are mistakes, not the numbers that they begin with.
 Result<Limit> length_of(const Quantity& quantity, std::string_view text, const char* shapes, bool or_share) {
   Limit limit;
@@ -112,6 +114,16 @@ Result<Limit> parse_zone_end(std::string_view text, bool is_inside) {
   return limit;
 }
 
+ZoneLimit zone_of(Limit inside, Limit outside) {
+  for (Limit* end : {&inside, &outside}) {
+    const Limit& other = end == &inside ? outside : inside;
+    if (!is_bare_zero(*end)) continue;
+    end->unit = other.unit;
+    if (other.max_diagonal_share) end->max_diagonal_share = *std::exchange(end->max_distance, std::nullopt);
+  }
+  return {inside, outside};
+}
+
 Result<ZoneLimit> parse_zone(std::string_view text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string_view::npos)
@@ -121,7 +133,7 @@ Result<ZoneLimit> parse_zone(std::string_view text) {
   if (!inside) return refused("the first limit " + inside.error().message);
   const auto outside = parse_zone_end(text.substr(comma + 1), false);
   if (!outside) return refused("the second limit " + outside.error().message);
-  return ZoneLimit{*inside, *outside};
+  return zone_of(*inside, *outside);
 }
 
 Result<Done> check_limits(const Gate& gate) {
@@ -130,7 +142,7 @@ Result<Done> check_limits(const Gate& gate) {
     return limit.unit ? "is in " + std::string(to_string(*limit.unit)) : std::string("has no unit");
   };
   const auto same = [&](const Limit& one, const char* name, const Limit& other, const char* limit) -> Result<Done> {
-    if (!one.is_given() || !other.is_given() || kind(one) == kind(other)) return Done{};
+    if (!one.is_given() || !other.is_given() || is_bare_zero(one) || kind(one) == kind(other)) return Done{};
     return refused(name + kind(one) + ", and " + limit + kind(other) +
                    ": a gate is measured in one unit, write both in the same");
   };

@@ -30,11 +30,14 @@ Result<AreaLimit> parse_area_limit(std::string_view text);
 // plus.
 Result<Limit> parse_zone_end(std::string_view text, bool is_inside);
 
+// Returns the zone of both ends. A 0 without a unit gets that of the other end.
+ZoneLimit zone_of(Limit inside, Limit outside);
+
 // Parses both, "-0.05 mm, 0.1 mm".
 Result<ZoneLimit> parse_zone(std::string_view text);
 
-// Refuses distances of a gate that do not have the same unit, an uncertainty above a limit, and a zone without the
-// direction from the candidate.
+// Refuses distances of a gate that do not have the same unit (one beside the main limit may be a bare 0), an
+// uncertainty above a limit, and a zone without the direction from the candidate.
 Result<Done> check_limits(const Gate& gate);
 
 // Parses "mm" or "inches".

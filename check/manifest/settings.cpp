@@ -108,7 +108,8 @@ void read_zone(const Setting& setting, Draft& draft, Mistakes& mistakes) {
     const auto parse = [&](std::string_view text) { return parse_zone_end(text, i == 0); };
     return read_quantity({setting.key, list.items[i]}, parse, "a number", mistakes).value_or(Limit{});
   };
-  draft.gate.zone = ZoneLimit{end(0), end(1)};
+  const Limit inside = end(0), outside = end(1);
+  draft.gate.zone = zone_of(inside, outside);
 }
 
 void read_uncertainty(const Setting& setting, Draft& draft, Mistakes& mistakes) {

@@ -68,14 +68,14 @@ def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mappi
             raise InputError(f"zone must be two limits such as ('-0.05 mm', '0.1 mm'), not {zone!r}")
         ends = [_signed_length(end, f"zone[{i}]") for i, end in enumerate(zone)]
         sent["zone"] = [end for end, _ in ends]
-        units |= {unit for _, unit in ends}
+        units |= {unit for end, unit in ends if end or unit}  # 0 needs no unit
     if uncertainty is not None:
         sent["uncertainty"], unit = _length(uncertainty, "uncertainty")
         units.add(unit)
     if len(units) > 1:
         raise InputError("max_distance, the distance of max_share_beyond, zone, uncertainty and the limits of regions must have "
                          "the same unit")
-    unit = units.pop()
+    unit = units.pop() if units else ""
     return {**sent, **({"units": unit} if unit else {})}
 
 

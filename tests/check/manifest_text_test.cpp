@@ -185,6 +185,9 @@ TEST_CASE("manifest text: a zone, alone or beside other limits") {
   CHECK(limits_of(alone, 1).zone == SideOptions::Zone{0.05, 0.1});
   CHECK(limits_of(gate("zone: ['-0.5 %', 1 %]", "max_distance: 1 %"), 2).zone == SideOptions::Zone{0.01, 0.02});
   CHECK(gate("direction: a_to_b", "zone: [0, 2]").zone->inside.max_distance == 0);
+  CHECK(main_limit(gate("zone: [-0.05 mm, 0]")).unit == LengthUnit::millimeter);
+  CHECK(limits_of(gate("zone: [0, 0.1 mm]"), 1).zone == SideOptions::Zone{0, 0.1});
+  CHECK(limits_of(gate("zone: ['-1 %', 0]"), 2).zone == SideOptions::Zone{0.02, 0});
 }
 
 TEST_CASE("manifest text: an uncertainty is in the unit of the limits") {

@@ -218,7 +218,8 @@ class Results(unittest.TestCase):
         for side in ("outside", "inside"):
             self.assertLessEqual(found[side]["lower"], 0.25)
             self.assertGreaterEqual(found[side]["upper"], 0.25)
-        for zone, verdict in (((-0.3, 0.3), "pass"), (("-0.2", "0.3"), "fail"), (("-0.3 mm", "+0.2 mm"), "fail")):
+        for zone, verdict in (((-0.3, 0.3), "pass"), (("-0.2", "0.3"), "fail"), (("-0.3 mm", "+0.2 mm"), "fail"),
+                              ((0, "0.3 mm"), "fail"), (("-0.2 mm", "0"), "fail"), ((0, 0), "fail")):
             self.assertEqual(meshgauge.compare(moved, solid, zone=zone).verdict, verdict)
         self.assertEqual(meshgauge.compare(moved, solid, zone=(-0.3, 0.3), uncertainty=0.1).verdict, "undecided")
         refused = meshgauge.compare(solid, (cube, faces[1:]), zone=(-1, 1))
