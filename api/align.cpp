@@ -172,20 +172,29 @@ Json json_of(const AlignOptions& options) {
 
 Json json_of(const Aligned& aligned, const AlignOptions& asked) {
   const Alignment& found = aligned.found;
-  return {{"moved", "a"},
-          {"method", asked.fit ? "best_fit" : "given"},
-          {"transform", json_of(found.motion)},
-          {"angle_degrees", aligned.moved.angle},
-          {"shift", aligned.moved.shift},
-          {"largest_displacement", aligned.moved.largest},
-          {"residual", found.residual},
-          {"residual_before", found.before},
-          {"samples", found.samples},
-          {"principal_axes", asked.principal_axes},
-          {"overlap", asked.overlap},
-          {"converged", found.converged},
-          {"steps", found.steps},
-          {"starts", found.starts}};
+  Json json{{"moved", "a"},
+            {"method", asked.fit ? "best_fit" : "given"},
+            {"transform", json_of(found.motion)},
+            {"angle_degrees", aligned.moved.angle},
+            {"shift", aligned.moved.shift},
+            {"largest_displacement", aligned.moved.largest},
+            {"residual", found.residual},
+            {"residual_before", found.before},
+            {"samples", found.samples},
+            {"principal_axes", asked.principal_axes},
+            {"overlap", asked.overlap},
+            {"converged", found.converged},
+            {"steps", found.steps},
+            {"starts", found.starts}};
+  if (asked.fit && !asked.start.is_identity()) json["start"] = json_of(asked.start);
+  return json;
+}
+
+bool is_alignment_by(const Json& alignment, const AlignOptions& asked) {
+  const Json wanted = json_of(Aligned{{asked.start}, {}}, asked);
+  const auto same = [&](const char* name) { return alignment.value(name, Json()) == wanted.value(name, Json()); };
+  return alignment.is_object() && same("moved") && same("method") && same("principal_axes") && same("overlap") &&
+         same("start") && (asked.fit || same("transform"));
 }
 
 Result<std::optional<RigidMotion>> motion_of(const Json& document) {

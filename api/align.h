@@ -37,6 +37,9 @@ struct Aligned {
 
 nlohmann::ordered_json json_of(const Aligned& aligned, const AlignOptions& asked);
 
+// Whether a result document's "alignment" is the answer to these options.
+bool is_alignment_by(const nlohmann::ordered_json& alignment, const AlignOptions& asked);
+
 // Returns the motion of a result document's "alignment"; nullopt: it has none. Error: internal, for one that is no
 // motion.
 Result<std::optional<RigidMotion>> motion_of(const nlohmann::ordered_json& document);

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "api/align.h"
 #include "api/json_filter.h"
 #include "api/json_of.h"
 #include "api/names.h"
@@ -147,7 +148,9 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& 
   const api::ComparisonOptions asked = options_of(gate_asked, limits);
   if (text(comparison, "direction") != api::name_of(api::kDirections, asked.direction)) return false;
   if (!has_units_of(comparison, asked.units)) return false;
-  if (comparison.contains("alignment") != asked.align.has_value()) return false;  // never moved, or left, unasked
+  const auto alignment = comparison.find("alignment");  // never moved, or left, unasked
+  if ((alignment != comparison.end()) != asked.align.has_value()) return false;
+  if (asked.align && !api::is_alignment_by(*alignment, *asked.align)) return false;
   const auto gate = comparison.find("gate");
   if (gate == comparison.end() || !gate->is_object()) return false;
   const auto same = [&](const char* member, const Json& wanted) {

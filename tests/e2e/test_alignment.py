@@ -56,6 +56,18 @@ class Alignment(ServerCase):
         again = self.aligned(AWAY, PART, {"transform": found["transform"]})
         self.assertEqual((again["distance"], again["precision_floor"]), (result["distance"], result["precision_floor"]))
 
+    def test_a_fit_from_a_pose_states_it(self):
+        align = {"transform": QUARTER["transform"], "fit": True}
+        found = self.aligned(AWAY, PART, align)["alignment"]
+        self.assertEqual((found["method"], found["start"]), ("best_fit", QUARTER["transform"]))
+        self.assertNotIn("start", self.aligned(AWAY, PART, "rigid")["alignment"])
+        with tempfile.TemporaryDirectory() as folder:
+            for name, mesh in (("a.obj", AWAY), ("b.obj", PART)):
+                Path(folder, name).write_bytes(mesh)
+            run = subprocess.run([BINARY, "check", "a.obj", "b.obj", "--max-distance", "9", "--align", json.dumps(align), "--json",
+                                  "--server", "http://127.0.0.1:%d" % self.server.port], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=100)
+            self.assertEqual(run.returncode, 0, run.stderr)
+
     def test_a_scan_fits(self):
         result = self.aligned(part(0.3, 0.1, points=True), PART, {"overlap": 0.9}, direction="a_to_b", gate={"max_distance": 0.001})
         self.assertEqual((result["verdict"], result["alignment"]["overlap"]), ("pass", 0.9))

@@ -6,6 +6,8 @@
 
 #include <doctest/doctest.h>
 
+#include "api/align.h"
+
 using namespace meshgauge;
 using namespace meshgauge::check;
 using namespace meshgauge::check::service;
@@ -130,6 +132,39 @@ TEST_CASE("answer: the limit of the area is compared, too") {
   CHECK_FALSE(is_answer(R"({"max_distance":0.1,"max_share_beyond":{"distance":0.1,"share":0.01},"units":null})"));
   CHECK_FALSE(is_answer(R"({"max_distance":null,"max_share_beyond":{"distance":0.1,"share":0.02},"units":null})"));
   CHECK_FALSE(is_answer(R"({"max_distance":null,"units":null})"));
+}
+
+TEST_CASE("answer: the candidate was moved as asked for") {
+  Gate asked;
+  const auto motion = [](double x) {
+    RigidMotion made;
+    made.translation.x() = x;
+    return made;
+  };
+  nlohmann::ordered_json body{{"direction", "symmetric"},
+                              {"unit", {{"name", nullptr}, {"source", "unknown"}}},
+                              {"gate", {{"max_distance", 0.1}, {"units", nullptr}}}};
+  const auto is_answer = [&] { return is_answer_to(body, asked, {0.1, {}}); };
+  CHECK(is_answer());
+  asked.options.align.emplace();
+  CHECK_FALSE(is_answer());
+  for (const bool fit : {false, true}) {
+    asked.options.align = AlignOptions{motion(2), fit, false, fit ? 0.5 : 1};
+    const api::Aligned moved{{motion(fit ? 3 : 2)}, {}};
+    body["alignment"] = api::json_of(moved, *asked.options.align);
+    CHECK(is_answer());
+    for (AlignOptions other :
+         {AlignOptions{motion(2), fit, true, fit ? 0.5 : 1}, AlignOptions{motion(2), fit, false, 0.9},
+          AlignOptions{motion(1), fit, false, fit ? 0.5 : 1}, AlignOptions{{}, fit, false, fit ? 0.5 : 1},
+          AlignOptions{motion(2), !fit, false, fit ? 0.5 : 1}}) {
+      body["alignment"] = api::json_of(fit ? moved : api::Aligned{{other.start}, {}}, other);
+      CHECK_FALSE(is_answer());
+    }
+    for (const char* wrong : {"null", "7", "[]", "{}"}) {
+      body["alignment"] = nlohmann::ordered_json::parse(wrong);
+      CHECK_FALSE(is_answer());
+    }
+  }
 }
 
 TEST_CASE("answer: a result without units is not accepted") {

@@ -84,6 +84,7 @@ test("a result states its alignment", () => {
   assert.equal(optionsOf(comparison({ alignment: moved })).align, "rigid");
   assert.equal(valuesOf(comparison({ alignment: moved })).align, true);
   assert.deepEqual(optionsOf(comparison({ alignment: { ...moved, principal_axes: true, overlap: 0.5 } })).align, { principal_axes: true, overlap: 0.5 });
+  assert.deepEqual(optionsOf(comparison({ alignment: { ...moved, start: moved.transform } })).align, { transform: moved.transform, fit: true });
   assert.deepEqual(optionsOf(comparison({ alignment: { ...moved, method: "given" } })).align, { transform: moved.transform });
   assert.match(gatesYaml(comparison({ alignment: moved }), { a: "a.stl", b: "b.stl" }), /\n {4}align: rigid\n/);
 });

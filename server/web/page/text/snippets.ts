@@ -49,13 +49,12 @@ function limitsAsked({ max_distance, max_share_beyond, zone, uncertainty }: NonN
   };
 }
 
-// The start of a fit is not known: it is that of the files.
 function alignAsked({ alignment }: Comparison): Pick<Options, "align"> {
   if (!alignment) return {};
-  const { method, transform, principal_axes, overlap } = alignment;
+  const { method, transform, principal_axes, overlap, start } = alignment;
   if (method === "given") return { align: { transform } };
-  if (!principal_axes && overlap === 1) return { align: "rigid" };
-  return { align: { ...(principal_axes ? { principal_axes } : {}), ...(overlap === 1 ? {} : { overlap }) } };
+  if (!start && !principal_axes && overlap === 1) return { align: "rigid" };
+  return { align: { ...(start ? { transform: start, fit: true } : {}), ...(principal_axes ? { principal_axes } : {}), ...(overlap === 1 ? {} : { overlap }) } };
 }
 
 // Without the distance that the gate asks for, which is the last; with an uncertainty it is two.
