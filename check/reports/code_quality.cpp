@@ -12,6 +12,7 @@ const char* check_name(const GateOutcome& outcome) {
   const Verdict verdict = outcome.verdict();
   if (fails_by_expectation(outcome)) return "meshgauge/expectation-not-met";
   if (fails_by_area(outcome)) return "meshgauge/area-above-limit";
+  if (fails_by_zone(outcome)) return "meshgauge/zone-exceeded";
   if (verdict == Verdict::error) return "meshgauge/not-measured";
   return verdict == Verdict::fail ? "meshgauge/distance-above-limit" : "meshgauge/distance-undecided";
 }

@@ -9,6 +9,17 @@
 #include "check/text.h"
 
 namespace meshgauge::check {
+namespace {
+
+// Whether the gate fails, by limits alone of which `is` returns true.
+template <class Is>
+bool fails_only(const GateOutcome& outcome, const Is& is) {
+  if (!outcome.measured || outcome.measured->verdict != Verdict::fail) return false;
+  return std::ranges::all_of(criteria_of(*outcome.measured),
+                             [&](const Criterion& c) { return c.verdict != Verdict::fail || is(c); });
+}
+
+}  // namespace
 
 Location location_of(const Gate& gate) {
   if (gate.manifest.empty()) return {gate.candidate.empty() ? "." : gate.candidate, 1};
@@ -29,9 +40,11 @@ bool fails_by_expectation(const GateOutcome& outcome) {
 }
 
 bool fails_by_area(const GateOutcome& outcome) {
-  if (!outcome.measured || outcome.measured->verdict != Verdict::fail) return false;
-  return std::ranges::none_of(criteria_of(*outcome.measured),
-                              [](const Criterion& c) { return !c.beyond && c.verdict == Verdict::fail; });
+  return fails_only(outcome, [](const Criterion& c) { return c.beyond.has_value(); });
+}
+
+bool fails_by_zone(const GateOutcome& outcome) {
+  return fails_only(outcome, [](const Criterion& c) { return c.beyond || !c.side.empty(); }) && !fails_by_area(outcome);
 }
 
 std::string description_of(const GateOutcome& outcome) {

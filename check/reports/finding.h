@@ -22,6 +22,9 @@ std::string uri_path(const std::filesystem::path& file);
 // Whether the limit of the area alone is exceeded.
 bool fails_by_area(const GateOutcome& outcome);
 
+// Whether a limit of one side is exceeded, and none of the distance on both.
+bool fails_by_zone(const GateOutcome& outcome);
+
 // Returns 32 hex digits, made from the manifest's and the gate's name. They stay the same when the distance or the
 // line changes, and differ between gates of one glob.
 std::string fingerprint_of(const Gate& gate);

@@ -1,5 +1,7 @@
 #include "check/reports/junit.h"
 
+#include <cmath>
+
 #include "api/decimal.h"
 #include "api/junit.h"
 #include "api/names.h"
@@ -39,10 +41,12 @@ void add_measured(Properties& properties, const Measured& measured) {
   if (measured.zone) {
     for (const auto& [side, name] :
          {std::pair(&measured.zone->inside, "inside."), std::pair(&measured.zone->outside, "outside.")}) {
-      properties.emplace_back(std::string(name) + "lower", shortest(side->lower));
-      properties.emplace_back(std::string(name) + "upper", shortest(side->upper));
       properties.emplace_back(std::string(name) + "limit", shortest(side->limit));
+      if (!measured.zone->refused.empty()) continue;
+      properties.emplace_back(std::string(name) + "lower", shortest(side->lower));
+      if (std::isfinite(side->upper)) properties.emplace_back(std::string(name) + "upper", shortest(side->upper));
     }
+    if (!measured.zone->refused.empty()) properties.emplace_back("sides.refused", shown_name(measured.zone->refused));
   }
   properties.emplace_back("status", shown_name(measured.status));
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);

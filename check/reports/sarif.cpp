@@ -38,13 +38,21 @@ constexpr Rule kRules[] = {
      "check --update-baselines) or raise the limit."},
     {Verdict::fail, "MG0005", "ExpectationNotMet", "A mesh is not as its gate expects.",
      "The candidate has open edges, too many triangles, another volume or the like: the message names what the gate "
-     "expects (expect) and what was found. Repair the candidate, or change what the gate expects."}};
+     "expects (expect) and what was found. Repair the candidate, or change what the gate expects."},
+    {Verdict::fail, "MG0006", "ZoneExceeded", "A mesh reaches farther inside or outside of the other than its zone.",
+     "The candidate is certainly farther inside of its baseline, or farther outside, than the limit of that side "
+     "(zone). "
+     "The message names the side and a point there. If the change is wanted, take the candidate for the new baseline "
+     "(meshgauge check --update-baselines) or widen the zone."}};
 
 std::size_t rule_index(const GateOutcome& outcome) {
-  if (fails_by_expectation(outcome)) return std::size(kRules) - 1;
-  if (fails_by_area(outcome)) return std::size(kRules) - 2;
-  const auto* rule =
-      std::find_if(std::begin(kRules), std::end(kRules), [&](const Rule& r) { return r.verdict == outcome.verdict(); });
+  const std::string_view id = fails_by_expectation(outcome) ? "MG0005"
+                              : fails_by_area(outcome)      ? "MG0004"
+                              : fails_by_zone(outcome)      ? "MG0006"
+                                                            : "";
+  const auto* rule = std::find_if(std::begin(kRules), std::end(kRules), [&](const Rule& r) {
+    return id.empty() ? r.verdict == outcome.verdict() : r.id == id;
+  });
   return static_cast<std::size_t>(rule - std::begin(kRules));
 }
 
@@ -122,7 +130,8 @@ Json properties_of(const GateOutcome& outcome) {
                                  {"upper", share->upper},
                                  {"limit", share->limit.share}};
   if (const auto& zone = measured.zone) {
-    const auto side = [](const ZoneReached::Side& found) {
+    const auto side = [&](const ZoneReached::Side& found) {
+      if (!zone->refused.empty()) return Json{{"limit", found.limit}};
       return Json{{"lower", found.lower}, {"upper", finite_or_null(found.upper)}, {"limit", found.limit}};
     };
     properties["zone"] = {{"inside", side(zone->inside)}, {"outside", side(zone->outside)}};

@@ -44,3 +44,8 @@ TEST_CASE("code quality: too much area is named so") {
   const json findings = json::parse(to_code_quality(samples::report_of({samples::area("lid", 0.02)})));
   CHECK(findings[0]["check_name"] == "meshgauge/area-above-limit");
 }
+
+TEST_CASE("code quality: a zone that is exceeded is named so") {
+  const json findings = json::parse(to_code_quality(samples::report_of({samples::zone("lid")})));
+  CHECK(findings[0]["check_name"] == "meshgauge/zone-exceeded");
+}

@@ -1,5 +1,6 @@
 #include "check/reports/junit.h"
 
+#include <cmath>
 #include <string>
 
 #include <doctest/doctest.h>
@@ -113,4 +114,21 @@ TEST_CASE("junit: a limit of the area") {
   CHECK(property(suite, "share_beyond.upper") == "0.00269876");
   CHECK(property(suite, "share_beyond.limit") == "0.01");
   CHECK(property(suite, "limit").empty());
+}
+
+TEST_CASE("junit: a zone, and a baseline without sides") {
+  const GateOutcome zone = samples::zone("lid");
+  GateOutcome open = zone;
+  open.measured->zone =
+      ZoneReached{{0.05, 0, INFINITY, {}, 0}, {0.1, 0, INFINITY, {}, 0}, "mesh b is open", "complete"};
+  const auto suite_of = [](const pugi::xml_document& document) {
+    return document.child("testsuites").child("testsuite");
+  };
+  const auto document = parsed(samples::report_of({zone})), refused = parsed(samples::report_of({open}));
+  CHECK(property(suite_of(document), "inside.upper") == "0.07");
+  CHECK(property(suite_of(document), "outside.limit") == "0.1");
+  CHECK(property(suite_of(refused), "inside.limit") == "0.05");
+  CHECK(property(suite_of(refused), "inside.lower").empty());
+  CHECK(property(suite_of(refused), "sides.refused") == "mesh b is open");
+  CHECK(to_junit(samples::report_of({open}), {}).find("inf") == std::string::npos);
 }

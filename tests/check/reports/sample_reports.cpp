@@ -49,6 +49,16 @@ GateOutcome area(const std::string& name, double more) {
   return outcome;
 }
 
+GateOutcome zone(const std::string& name) {
+  GateOutcome outcome = outcome_of(name, 0.06, 0.07, 0.05, "converged");
+  outcome.gate.zone = ZoneLimit{std::exchange(outcome.gate.limit, {}), {0.1, {}, LengthUnit::millimeter}};
+  Measured& measured = *outcome.measured;
+  measured.has_max_distance = false;
+  measured.zone = ZoneReached{{0.05, 0.06, 0.07, {}, 0}, {0.1, 0.01, 0.02, {}, 0}, "", "complete"};
+  measured.shown = {0.05, 0.06, 0.07, "inside"};
+  return outcome;
+}
+
 Report report_of(std::vector<GateOutcome> outcomes) {
   Report report;
   report.outcomes = std::move(outcomes);
@@ -117,7 +127,7 @@ std::vector<Named> all() {
   GateOutcome unbounded = undecided("unbounded");
   unbounded.measured->upper = std::numeric_limits<double>::infinity();
   unbounded.measured->witness.reset();
-  const Report areas = report_of({area("lid"), area("pin", 0.02)});
+  const Report areas = report_of({area("lid"), area("pin", 0.02), zone("nut")});
   return {{"areas", areas},
           {"ordinary", ordinary()},
           {"hostile", hostile()},

@@ -14,6 +14,8 @@ GateOutcome undecided(const std::string& name);
 GateOutcome broken(const std::string& name);  // an error
 // At most 1 % of the area may be farther than 0.05 mm; from 0.2012 to 0.2699 % are, and `more`, a share of 1.
 GateOutcome area(const std::string& name, double more = 0);
+// A zone of 0.05 mm inside and 0.1 mm outside; the candidate reaches 0.06 to 0.07 mm inside, 0.01 to 0.02 mm outside.
+GateOutcome zone(const std::string& name);
 
 Report report_of(std::vector<GateOutcome> outcomes);
 

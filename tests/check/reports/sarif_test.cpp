@@ -109,3 +109,15 @@ TEST_CASE("sarif: too much area has a rule of its own") {
   CHECK(finding["message"]["text"].get<std::string>().find("between 2.201 and 2.27 % of the area") !=
         std::string::npos);
 }
+
+TEST_CASE("sarif: a zone that is exceeded has a rule of its own, unless the distance is too large as well") {
+  GateOutcome zone = samples::zone("lid");
+  const json run = run_of(samples::report_of({zone})), finding = run["results"][0];
+  CHECK(finding["ruleId"] == "MG0006");
+  CHECK(run["tool"]["driver"]["rules"][finding["ruleIndex"].get<std::size_t>()]["id"] == "MG0006");
+  CHECK(finding["properties"]["zone"]["inside"]["upper"] == 0.07);
+  zone.measured->has_max_distance = true;
+  CHECK(only(zone)["ruleId"] == "MG0001");
+  zone.measured->limit = 1;
+  CHECK(only(zone)["ruleId"] == "MG0006");
+}
