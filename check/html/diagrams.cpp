@@ -142,7 +142,8 @@ std::string history_drawing(const Chart& chart) {
   if (runs.size() < 2) return "";
   double high = 0;
   for (const PastRun& run : runs)
-    high = std::max({high, 1.25 * run.limit.value_or(0), run.upper.value_or(run.lower.value_or(0))});
+    high =
+        std::max({high, 1.25 * (run.limit.value_or(0) + run.uncertainty), run.upper.value_or(run.lower.value_or(0))});
   const auto y = [&](double x) {
     return high > 0 ? kBottom - static_cast<int>(std::lround(std::min(x / high, 1.0) * (kBottom - kTop))) : kBottom;
   };
@@ -151,6 +152,10 @@ std::string history_drawing(const Chart& chart) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const PastRun& run = runs[i];
     const double from = static_cast<double>(i) * width;
+    if (run.limit && run.uncertainty > 0) {
+      const int top = y(*run.limit + run.uncertainty);
+      out += box("uncertain-step", from, from + width, top, y(*run.limit - run.uncertainty) - top);
+    }
     if (run.limit) out += box("limit-step", from, from + width, y(*run.limit), 2);
     if (!run.lower) continue;
     const int top = run.upper ? y(*run.upper) : kTop, height = std::max(y(*run.lower) - top, 4);
@@ -158,7 +163,9 @@ std::string history_drawing(const Chart& chart) {
                std::min(top, kBottom - height), height);
   }
   const auto& last = runs.back();
-  const std::string limit = last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), chart.unit) : "";
+  const std::string limit = last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), chart.unit) +
+                                             uncertainty_of(last, chart.unit)
+                                       : "";
   return "<figure><figcaption>Last " + std::to_string(runs.size()) +
          " runs, the newest on the right: " + escaped(chart.what) + "</figcaption>" +
          drawing("history", kBottom + 2,

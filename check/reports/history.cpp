@@ -50,6 +50,12 @@ std::optional<ShareBeyond> share_of(const Json& line) {
   return std::isfinite(sum) ? std::optional(std::move(share)) : std::nullopt;
 }
 
+std::optional<PastSide> side_of(const Json& line, const char* name) {
+  const Json side = line.value(Json::json_pointer(std::string("/zone/") + name), Json());
+  if (!side.is_object() || !length(side, "limit")) return std::nullopt;
+  return PastSide{length(side, "lower"), length(side, "upper"), *length(side, "limit")};
+}
+
 // Returns the run and the gate's name; nullopt: the line is no result.
 std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   const Json json = Json::parse(line, nullptr, false);
@@ -60,7 +66,8 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   if (verdict == kVerdicts.end()) return std::nullopt;
   return std::pair(text(json, "gate"),
                    PastRun{text(json, "commit"), *verdict, length(json, "lower"), length(json, "upper"),
-                           length(json, "limit"), text(json, "unit"), share_of(json)});
+                           length(json, "limit"), text(json, "unit"), share_of(json), side_of(json, "inside"),
+                           side_of(json, "outside"), length(json, "uncertainty").value_or(0)});
 }
 
 Json json_of(const ShareBeyond& share) {
@@ -79,7 +86,19 @@ Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& 
             {"limit", or_null(run.limit)},
             {"unit", text_or_null(run.unit)}};
   if (run.share_beyond) json["share_beyond"] = json_of(*run.share_beyond);
+  const auto side = [&](const PastSide& found) -> Json {
+    return {{"lower", or_null(found.lower)}, {"upper", or_null(found.upper)}, {"limit", found.limit}};
+  };
+  if (run.inside && run.outside) json["zone"] = {{"inside", side(*run.inside)}, {"outside", side(*run.outside)}};
+  if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
   return json;
+}
+
+PastSide side_of(const ZoneReached::Side& found, bool is_refused) {
+  PastSide side{{}, {}, found.limit};
+  if (!is_refused) side.lower = found.lower;
+  if (!is_refused && std::isfinite(found.upper)) side.upper = found.upper;
+  return side;
 }
 
 PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
@@ -89,6 +108,11 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   if (std::isfinite(outcome.measured->upper)) run.upper = outcome.measured->upper;
   if (outcome.measured->has_max_distance) run.limit = outcome.measured->limit;
   run.share_beyond = outcome.measured->share_beyond;
+  run.uncertainty = outcome.measured->uncertainty;
+  if (const auto& zone = outcome.measured->zone) {
+    run.inside = side_of(zone->inside, !zone->refused.empty());
+    run.outside = side_of(zone->outside, !zone->refused.empty());
+  }
   return run;
 }
 
@@ -96,10 +120,19 @@ PastRun area_run(PastRun run) {
   const auto share = std::exchange(run.share_beyond, std::nullopt);
   run.lower = run.upper = run.limit = std::nullopt;
   run.unit = "%";
+  run.uncertainty = 0;
   if (!share) return run;
   run.lower = 100 * share->lower;
   run.upper = 100 * share->upper;
   run.limit = 100 * share->limit.share;
+  return run;
+}
+
+PastRun side_run(PastRun run, const std::optional<PastSide>& side) {
+  const PastSide found = side.value_or(PastSide{});
+  run.lower = found.lower;
+  run.upper = found.upper;
+  run.limit = side ? std::optional(found.limit) : std::nullopt;
   return run;
 }
 
@@ -152,12 +185,23 @@ std::vector<Chart> charts_of(const GateOutcome& outcome) {
   std::vector<Chart> charts;
   const auto& measured = outcome.measured;
   if (!measured || measured->has_max_distance) charts.push_back({"the distance", outcome.unit(), outcome.history});
+  if (measured && measured->zone) {
+    for (const auto& [side, name] :
+         {std::pair(&PastRun::inside, "the distance inside"), std::pair(&PastRun::outside, "the distance outside")}) {
+      Chart& chart = charts.emplace_back(Chart{name, outcome.unit(), {}});
+      for (const PastRun& run : outcome.history) chart.runs.push_back(side_run(run, run.*side));
+    }
+  }
   if (!measured || !measured->share_beyond) return charts;
   const std::string beyond = to_digits(measured->share_beyond->limit.distance, 6);
   Chart area{"the area farther than " + api::with_unit(beyond, outcome.unit()), "%", {}};
   std::transform(outcome.history.begin(), outcome.history.end(), std::back_inserter(area.runs), area_run);
   charts.push_back(std::move(area));
   return charts;
+}
+
+std::string uncertainty_of(const PastRun& run, const std::string& unit) {
+  return run.uncertainty > 0 ? " ± " + api::with_unit(to_digits(run.uncertainty, 6), unit) : "";
 }
 
 std::string sparkline(const std::vector<PastRun>& runs) {

@@ -41,6 +41,9 @@ struct Chart {
 // Returns a chart for each limit of the gate; none without --history.
 std::vector<Chart> charts_of(const GateOutcome& outcome);
 
+// " ± 0.01 mm"; empty without an uncertainty.
+std::string uncertainty_of(const PastRun& run, const std::string& unit);
+
 // Draws the runs as one letter each, taller for a larger upper bound; the limit is the height of "▅". Empty for fewer
 // than two runs.
 std::string sparkline(const std::vector<PastRun>& runs);

@@ -208,8 +208,8 @@ std::string section_of(const Row& row) {
     text += "- witness " + in_prose(witness) + "\n";
   for (const auto& [what, unit, past] : charts_of(outcome)) {
     if (const std::string runs = sparkline(past); !runs.empty())
-      text += "- last " + std::to_string(past.size()) + " runs of " + in_prose(what) +
-              ", the limit is the height of `▅`: `" + runs + "`\n";
+      text += "- last " + std::to_string(past.size()) + " runs of " + in_prose(what) + ", the limit" +
+              uncertainty_of(past.back(), unit) + " is the height of `▅`: `" + runs + "`\n";
   }
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest

@@ -1,5 +1,6 @@
 #include "check/reports/history.h"
 
+#include <cmath>
 #include <fstream>
 #include <string>
 
@@ -79,6 +80,36 @@ TEST_CASE("history: drawn as letters and as bars, from two runs on") {
   CHECK(drawn.find("the limit is 1 mm") != std::string::npos);
   CHECK(drawn.find("class=\"bar pass\"") != std::string::npos);
   CHECK(drawn.find("class=\"bar fail\"") != std::string::npos);
+}
+
+TEST_CASE("history: each side of a zone has a chart, and the uncertainty is kept") {
+  const api::test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  Report report;
+  for (int i = 0; i < 2; ++i) {
+    report = samples::report_of({samples::zone("lid"), samples::zone("open")});
+    for (GateOutcome& outcome : report.outcomes) outcome.measured->uncertainty = 0.01;
+    report.outcomes[0].measured->zone->outside.upper = INFINITY;
+    report.outcomes[1].measured->zone->refused = "mesh b is open";
+    auto history = History::open(file);
+    REQUIRE(history);
+    REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
+  }
+  const std::string lines = folder.read("history.jsonl");
+  CHECK(lines.find("\"zone\":{\"inside\":{\"lower\":0.06,\"upper\":0.07,\"limit\":0.05},\"outside\":{\"lower\":0.01,"
+                   "\"upper\":null,\"limit\":0.1}},\"uncertainty\":0.01}") != std::string::npos);
+  CHECK(lines.find("\"inside\":{\"lower\":null,\"upper\":null,\"limit\":0.05}") != std::string::npos);
+  const auto charts = charts_of(report.outcomes[0]);
+  REQUIRE(charts.size() == 2);
+  CHECK(charts[0].what == "the distance inside");
+  CHECK(charts[0].runs[0].upper == 0.07);
+  CHECK(charts[0].runs[0].limit == 0.05);
+  CHECK(charts[1].what == "the distance outside");
+  CHECK(!charts[1].runs[0].upper);
+  CHECK(sparkline(charts_of(report.outcomes[1])[0].runs) == "··");
+  const std::string drawn = history_drawing(charts[0]);
+  CHECK(drawn.find("the limit is 0.05 mm \xC2\xB1 0.01 mm") != std::string::npos);
+  CHECK(drawn.find("class=\"uncertain-step\"") != std::string::npos);
 }
 
 TEST_CASE("history: a limit of the area has a chart of its own") {
