@@ -5,7 +5,9 @@
 #include <exception>
 #include <new>
 #include <optional>
+#include <span>
 #include <utility>
+#include <variant>
 
 #include "api/decimal.h"
 #include "api/digest.h"
@@ -58,6 +60,44 @@ std::string place_of(const Prepared& mesh, std::string_view name) {
     return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
   };
   return "'" + std::string(name) + "' lies from " + point(mesh.box().low) + " to " + point(mesh.box().high);
+}
+
+// "'foot', 'lid' and 3 more".
+std::string names_of(const Groups& groups) {
+  constexpr std::size_t kMostShown = 8;
+  std::string names;
+  for (const Group& group : std::span(groups.named).first(std::min(kMostShown, groups.named.size())))
+    names += (names.empty() ? "" : ", ") + shown_text(group.name);
+  const std::size_t more = groups.named.size() - std::min(kMostShown, groups.named.size());
+  return more == 0 ? names : names + " and " + std::to_string(more) + " more";
+}
+
+std::string why_no_group(const Groups& groups, const std::string& mesh) {
+  if (groups.too_many)
+    return mesh + " has more names or parts than are kept: " + std::to_string(kMostBytesOfGroups) +
+           " bytes of names, " + std::to_string(kMostGroupRanges) + " runs of triangles";
+  if (groups.named.empty())
+    return mesh + " has none; groups and objects of an OBJ, nodes of a glTF and objects of a 3MF are some";
+  return mesh + " has " + names_of(groups);
+}
+
+// Finds the triangles of the groups that the options ask for.
+Result<Done> find_groups(const NamedMesh& b, ComparisonOptions& options) {
+  for (std::size_t i = 0; i < options.regions.size(); ++i) {
+    auto* const group = std::get_if<Group>(&options.regions[i].shape);
+    if (!group) continue;
+    const std::string mesh = "'" + std::string(b.name) + "'", place = "/regions/" + std::to_string(i) + "/group";
+    if (options.direction == Direction::a_to_b)
+      return refused("the region " + shown_text(options.regions[i].name) + " is a group of " + mesh +
+                         ": it is measured from there, not in the direction a_to_b",
+                     "options", place);
+    const Group* const found = find_group(b.mesh->groups, group->name);
+    if (!found)
+      return refused("no group " + shown_text(group->name) + ": " + why_no_group(b.mesh->groups, mesh), "options",
+                     place);
+    *group = *found;
+  }
+  return Done{};
 }
 
 // Refuses a region without a surface, as a mistake in its numbers leaves it: its distance would be 0.
@@ -125,6 +165,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   const auto plan = resolve(a.unit(), b.unit(), options.units, has_limit(options));
   if (!plan) return plan.error();
   comparison.units = *plan;
+  if (auto ok = find_groups(b, comparison.options); !ok) return std::move(ok).error();
   if (options.topology) {  // linear, so before what may take all the time
     comparison.a.topology = topology_in(plan->result, *a.mesh, plan->a, control);
     comparison.b.topology = topology_in(plan->result, *b.mesh, plan->b, control);

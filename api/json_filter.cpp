@@ -1,5 +1,8 @@
 #include "api/json_filter.h"
 
+#include <algorithm>
+
+#include "api/formats/utf8.h"
 #include "api/refused.h"
 
 namespace meshgauge::api {
@@ -60,9 +63,11 @@ Result<nlohmann::json> parse_document(std::string_view json, const std::string& 
 }
 
 std::string shown_text(std::string_view text) {
+  std::size_t end = std::min<std::size_t>(text.size(), 64);
+  while (end < text.size() && end > 0 && is_within_character(text[end])) --end;
   std::string out = "'";
-  for (const char c : text.substr(0, 64)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
-  return out + (text.size() > 64 ? "...'" : "'");
+  for (const char c : text.substr(0, end)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
+  return out + (text.size() > end ? "...'" : "'");
 }
 
 std::string shown(const nlohmann::json& value) {

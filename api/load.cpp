@@ -11,7 +11,7 @@ Result<LoadedMesh> load(const MeshInput& input, const ReadLimits& limits) {
   auto read = read_part(input.bytes, {input.part, input.filename, input.media_type}, limits);
   if (!read) return std::move(read).error();
   const auto mesh = std::make_shared<const Mesh>(std::move(read->mesh));
-  return LoadedMesh{*mesh, read->format, read->notes, sha256_hex(input.bytes), mesh};
+  return LoadedMesh{*mesh, read->format, read->notes, sha256_hex(input.bytes), mesh, std::move(read->groups)};
 }
 
 Error not_in_time(Interruption why, const std::string& what) {

@@ -29,6 +29,7 @@ struct LoadedMesh {
   ReadNotes notes;
   std::string sha256;                  // digest of the bytes as sent, 64 lower-case hex digits; empty for arrays
   std::shared_ptr<const void> arrays;  // owns the arrays that `mesh` borrows
+  Groups groups = {};
 };
 
 // Loads in this process, in time linear in the bytes. Errors: as for read_mesh(). Thread safe.

@@ -24,7 +24,9 @@ MeshFacts facts_of(const LoadedMesh& loaded, std::size_t file_bytes, const Inter
 }  // namespace
 
 PreparedMesh::PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use, const Interrupted& interrupted)
-    : facts(facts_of(loaded, file_bytes, interrupted)), mesh(loaded.mesh, use, std::move(loaded.arrays), facts.bbox) {}
+    : facts(facts_of(loaded, file_bytes, interrupted)),
+      groups(std::move(loaded.groups)),
+      mesh(loaded.mesh, use, std::move(loaded.arrays), facts.bbox) {}
 
 PreparedMesh::Image::Image(const Prepared& of, const Factor& its_factor, RoundedImage scaled)
     : factor(its_factor),
@@ -47,7 +49,7 @@ std::optional<Topology> PreparedMesh::topology(const Interrupted& interrupted) c
 std::size_t PreparedMesh::bytes() const {
   const std::lock_guard lock(mutex_);
   const std::size_t of_image = image_ ? sizeof *image_ + image_->mesh.bytes() : 0;
-  return sizeof *this - sizeof mesh + mesh.bytes() + of_image;
+  return sizeof *this - sizeof mesh + bytes_of(groups) + mesh.bytes() + of_image;
 }
 
 Result<std::shared_ptr<const Prepared>> in_unit(const SharedMesh& mesh, const std::string& part, const Factor& factor,

@@ -48,6 +48,7 @@ class PreparedMesh {
   std::optional<Topology> topology(const Interrupted& interrupted) const;
 
   const MeshFacts facts;
+  const Groups groups;
   const Prepared mesh;
 
  private:

@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "api/formats/groups.h"
 #include "api/gate.h"
 #include "api/json_filter.h"
 #include "api/names.h"
@@ -20,7 +21,7 @@ constexpr std::size_t kMostBytesOfName = 64;
 constexpr Range kCoordinateRange{-kMaxCoordinate, kMaxCoordinate};
 constexpr Range kRadiusRange{0, kMaxCoordinate};
 constexpr const char* kRegionShapes =
-    R"({"name": "bore", "box": {"min": [x, y, z], "max": [x, y, z]}} or {"name": "tip", "sphere": {"centre": [x, y, z], "radius": r}})";
+    R"({"name": "bore", "box": {"min": [x, y, z], "max": [x, y, z]}}, {"name": "tip", "sphere": {"centre": [x, y, z], "radius": r}} or {"name": "lid", "group": "Lid"})";
 
 Error misplaced(const std::string& pointer, const std::string& what) {
   return refused(pointer + " " + what, "options", pointer);
@@ -87,19 +88,22 @@ Result<Done> read_member(const std::string& key, const JsonValue& value, const s
     const auto sphere = read_sphere(value, pointer);
     if (!sphere) return sphere.error();
     region.shape = *sphere;
+  } else if (key == "group") {
+    if (!value.is_string()) return misplaced(pointer, "must be a text, not " + shown(value));
+    region.shape = Group{value.get<std::string>(), {}};
   } else if (key == "max_distance") {
     const auto limit = number_in(value, kMaxDistanceRange, pointer);
     if (!limit) return limit.error();
     region.max_distance = *limit;
   } else {
-    return refused("unknown option " + shown_text(pointer) + "; known: name, box, sphere, max_distance", "options",
-                   pointer);
+    return refused("unknown option " + shown_text(pointer) + "; known: name, box, sphere, group, max_distance",
+                   "options", pointer);
   }
   return Done{};
 }
 
 Result<Region> read_region(const JsonValue& value, const std::string& pointer) {
-  if (!value.is_object() || value.contains("box") == value.contains("sphere"))
+  if (!value.is_object() || value.contains("box") + value.contains("sphere") + value.contains("group") != 1)
     return misplaced(pointer,
                      std::string("must be ") + kRegionShapes + (value.is_object() ? "" : ", not " + shown(value)));
   Region region;
@@ -126,9 +130,19 @@ Result<Done> check_shape(const Box& box, const std::string& pointer) {
   return Done{};
 }
 Result<Done> check_shape(const Sphere&, const std::string&) { return Done{}; }
+Result<Done> check_shape(const Group& group, const std::string& pointer) {
+  if (is_group_name(group.name)) return Done{};
+  return misplaced(pointer + "/group", "must be a text of 1 to " + std::to_string(kMostBytesOfGroup) +
+                                           " bytes on one line, not " + shown_text(group.name));
+}
 
-Json shape_of(const Box& box) { return {{"min", api::json_of(box.low)}, {"max", api::json_of(box.high)}}; }
-Json shape_of(const Sphere& sphere) { return {{"centre", api::json_of(sphere.centre)}, {"radius", sphere.radius}}; }
+void put(const Box& box, Json& json) {
+  json["box"] = {{"min", api::json_of(box.low)}, {"max", api::json_of(box.high)}};
+}
+void put(const Sphere& sphere, Json& json) {
+  json["sphere"] = {{"centre", api::json_of(sphere.centre)}, {"radius", sphere.radius}};
+}
+void put(const Group& group, Json& json) { json["group"] = group.name; }
 
 Json measured(const RegionOutcome& found, const std::optional<double>& limit, double uncertainty) {
   const auto directed = [](const std::optional<Bounds>& bounds) {
@@ -184,8 +198,7 @@ Result<Done> check_limits_of_regions(const ComparisonOptions& options, std::stri
 
 Json json_of(const Region& region) {
   Json json{{"name", region.name}};
-  const bool is_box = std::holds_alternative<Box>(region.shape);
-  json[is_box ? "box" : "sphere"] = std::visit([](const auto& shape) { return shape_of(shape); }, region.shape);
+  std::visit([&](const auto& shape) { put(shape, json); }, region.shape);
   if (region.max_distance) json["max_distance"] = *region.max_distance;
   return json;
 }

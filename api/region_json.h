@@ -15,9 +15,9 @@ namespace meshgauge::api {
 
 inline constexpr std::string_view kRest = "rest";  // the name of what is in no region
 
-// Reads an array of 1 to Region::kMost regions: {"name": "bore", "box": {"min": [x, y, z], "max": [x, y, z]}} or
-// {"name": "tip", "sphere": {"centre": [x, y, z], "radius": r}}, each with an optional max_distance. Error:
-// invalid_request, with a JSON pointer from `pointer` on.
+// Reads an array of 1 to Region::kMost regions: {"name": "bore", "box": {"min": [x, y, z], "max": [x, y, z]}},
+// {"name": "tip", "sphere": {"centre": [x, y, z], "radius": r}} or {"name": "lid", "group": "Lid"}, whose ranges are
+// not known yet; each with an optional max_distance. Error: invalid_request, with a JSON pointer from `pointer` on.
 Result<std::vector<Region>> read_regions(const nlohmann::json& value, const std::string& pointer);
 
 // Checks names, shapes and numbers; `pointer` as above. read_regions() has done so.

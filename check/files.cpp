@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "api/digest.h"
-#include "check/utf8.h"
+#include "api/formats/utf8.h"
 
 namespace meshgauge::check {
 

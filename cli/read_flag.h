@@ -13,7 +13,7 @@ namespace meshgauge::cli {
 inline constexpr const char* kRegionsHelp =
     "Measure these parts by themselves: '[{name: bore, box: {min: [0, 0, 0], max: [9, 9, 9]}, max_distance: 0.02 "
     "mm}]'; "
-    "or sphere: {centre: [0, 0, 0], radius: 5}";
+    "or sphere: {centre: [0, 0, 0], radius: 5}, or group: NAME, a group of the baseline's file";
 
 // Sets `to` to what `parse` makes of the flag's text, if the flag is given.
 template <class Parse, class Value>

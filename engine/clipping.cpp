@@ -54,8 +54,12 @@ Place place(std::span<const Corner> piece, const Sphere& sphere) {
   return near * (1 - kSlack) > sphere.radius ? Place::outside : Place::unknown;
 }
 
-Place place(std::span<const Corner> piece, const Region& region) {
-  return std::visit([&](const auto& shape) { return place(piece, shape); }, region.shape);
+// `piece`: of the triangle with this number.
+Place place(std::span<const Corner> piece, std::uint32_t triangle, const Region& region) {
+  if (const auto* group = std::get_if<Group>(&region.shape))
+    return group->has(triangle) ? Place::inside : Place::outside;
+  const auto* box = std::get_if<Box>(&region.shape);
+  return box ? place(piece, *box) : place(piece, std::get<Sphere>(region.shape));
 }
 
 // Half-space f of six: x_k <= high, then x_k >= low.
@@ -162,16 +166,17 @@ class Cutter {
   }
 
   // Returns what is left of a triangle: convex parts.
-  std::vector<Pieces> cut(std::span<const Corner> piece) {
+  std::vector<Pieces> cut(std::span<const Corner> piece, std::uint32_t triangle) {
     std::vector<Pieces> parts;
     const Polygon whole(piece.begin(), piece.end());
     emit({whole, whole}, parts);
     for (const Region& region : regions_) {
-      if (place(piece, region) == (keep_ == Keep::inside ? Place::inside : Place::outside)) continue;
+      if (place(piece, triangle, region) == (keep_ == Keep::inside ? Place::inside : Place::outside)) continue;
       std::vector<Pieces> left;
       for (Pieces& part : parts) {
         made_ -= triangles(part);  // what is left of it is counted anew
-        std::visit([&](const auto& shape) { cut(std::move(part), shape, left); }, region.shape);
+        const auto* box = std::get_if<Box>(&region.shape);
+        box ? cut(std::move(part), *box, left) : cut(part, std::get<Sphere>(region.shape), left);
       }
       parts.swap(left);
     }
@@ -240,11 +245,11 @@ std::array<Corner, 3> piece_of(MeshView mesh, std::size_t triangle, const Vec3& 
   return {{{mesh.corner(triangle, 0), off}, {mesh.corner(triangle, 1), off}, {mesh.corner(triangle, 2), off}}};
 }
 
-Place kept_place(std::span<const Corner> piece, std::span<const Region> regions, Keep keep) {
+Place kept_place(std::span<const Corner> piece, std::uint32_t triangle, std::span<const Region> regions, Keep keep) {
   const Place kept = keep == Keep::inside ? Place::inside : Place::outside;
   bool all = true;
   for (const Region& region : regions) {
-    const Place where = place(piece, region);
+    const Place where = place(piece, triangle, region);
     if (where != kept && where != Place::unknown) return Place::outside;
     all = all && where == kept;
   }
@@ -264,7 +269,8 @@ std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region>
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if ((t % kBetweenLooks == 0 && interrupted()) || cutter.stopped()) return std::nullopt;
     const std::array piece = piece_of(mesh, t, off);
-    const Place where = kept_place(piece, regions, keep);
+    const auto number = static_cast<std::uint32_t>(t);
+    const Place where = kept_place(piece, number, regions, keep);
     if (where == Place::inside && kept == t) {
       ++kept;
       continue;
@@ -273,10 +279,9 @@ std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region>
       if (i % kBetweenLooks == 0 && interrupted()) return std::nullopt;
       sure.add(i);
     }
-    const auto number = static_cast<std::uint32_t>(t);
     if (where == Place::inside) sure.add(number);
     if (where != Place::unknown) continue;
-    for (const Pieces& pieces : cutter.cut(piece)) {
+    for (const Pieces& pieces : cutter.cut(piece, number)) {
       if (cutter.is_stopped(pieces)) return std::nullopt;
       const double wide = gap(pieces), moved = std::max(distance_off(pieces.inner), distance_off(pieces.outer));
       sure.add(pieces.inner, number);

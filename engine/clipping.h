@@ -27,6 +27,7 @@
 // (x - c).n <= r contains the ball. x is at most h from the line through c and m, so (x - c).n <= sqrt(r^2 - h^2) is
 // within it, for h <= r / 2. Pieces are halved until the gap is at most `resolution`, or the piece is.
 // Outside: the same half-spaces reversed. A box leaves up to six convex parts.
+// Group: its triangles, uncut.
 #pragma once
 
 #include <cstddef>
@@ -60,7 +61,7 @@ enum class Keep { inside, outside };
 
 // Returns the part of `mesh` inside of every region, or outside of all. nullopt: interrupted. `resolution` > 0: the
 // largest gap of a piece that is not doubtful. At most kMostPieces pieces are made; then the rest is doubtful.
-// Precondition: the mesh passes validate(), and stands for the exact surface up to `error`.
+// Preconditions: the mesh passes validate(), and stands for the exact surface up to `error`; groups are of this mesh.
 std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region> regions, Keep keep, double resolution,
                             const Interrupted& interrupted);
 

@@ -79,7 +79,7 @@ struct RegionOutcome {
   Stop stop = Stop::converged;
   double lower = 0;  // bounds of the distance, of the directions asked for, in the meshes' unit
   double upper = 0;
-  std::optional<Bounds> a_to_b;  // nullopt: not asked for
+  std::optional<Bounds> a_to_b;  // nullopt: not asked for, or a group
   std::optional<Bounds> b_to_a;
   double precision_floor = 0;  // what rounding, and cutting the surface at a sphere, adds to the width of the interval
 };

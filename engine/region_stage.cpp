@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <variant>
+#include <vector>
 
 #include "engine/clipping.h"
 #include "engine/conclusion.h"
@@ -82,6 +83,7 @@ class RegionStage {
         control_(control),
         outcome_(outcome),
         part_options_(of_part(options, outcome.diagonal_a)) {
+    std::ranges::remove_copy_if(options.regions, std::back_inserter(of_space_), &Region::is_group);
     Box both = pair.a.prepared.box();
     both.extend(pair.b.prepared.box());
     const double largest = std::max(both.low.cwiseAbs().maxCoeff(), both.high.cwiseAbs().maxCoeff());
@@ -154,8 +156,11 @@ class RegionStage {
   RegionOutcome measure(std::span<const Region> regions, Keep keep, double resolution) {
     RegionOutcome found;
     for (MeasuredDirection& direction : pair_.directions) {
-      auto& bounds = &direction.from == &pair_.a ? found.a_to_b : found.b_to_a;
-      bounds = measure(direction, cut(direction.from.prepared, regions, keep, resolution), found);
+      const bool from_a = &direction.from == &pair_.a;
+      if (from_a && keep == Keep::inside && regions.front().is_group()) continue;
+      const std::span<const Region> of_mesh = from_a && keep == Keep::outside ? of_space_ : regions;
+      auto& bounds = from_a ? found.a_to_b : found.b_to_a;
+      bounds = measure(direction, cut(direction.from.prepared, of_mesh, keep, resolution), found);
       found.lower = std::max(found.lower, bounds->lower);
       found.upper = std::max(found.upper, bounds->upper);
     }
@@ -165,11 +170,12 @@ class RegionStage {
   // Takes a part into the bounds of the whole.
   void add(RegionOutcome found) {
     for (MeasuredDirection& direction : pair_.directions) {
-      const Bounds& bounds = &direction.from == &pair_.a ? *found.a_to_b : *found.b_to_a;
+      const auto& bounds = &direction.from == &pair_.a ? found.a_to_b : found.b_to_a;
+      if (!bounds) continue;
       Bounds& whole = direction.result.bounds;
-      if (bounds.witness && (!whole.witness || bounds.lower > whole.lower)) whole.witness = bounds.witness;
-      whole.lower = std::max(whole.lower, bounds.lower);
-      whole.upper = std::max(whole.upper, bounds.upper);
+      if (bounds->witness && (!whole.witness || bounds->lower > whole.lower)) whole.witness = bounds->witness;
+      whole.lower = std::max(whole.lower, bounds->lower);
+      whole.upper = std::max(whole.upper, bounds->upper);
     }
     outcome_.precision_floor = std::max(outcome_.precision_floor, found.precision_floor);
     conclude(found);
@@ -224,6 +230,7 @@ class RegionStage {
   Control& control_;
   Outcome& outcome_;
   Options part_options_;
+  std::vector<Region> of_space_;  // the regions that mesh a has points in
   double least_resolution_ = 0;
   double farthest_ = 0;  // of the whole before any work
 };

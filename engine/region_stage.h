@@ -1,9 +1,10 @@
 // The measurement of parts of the surfaces, instead of a search over the whole.
 //
 // The distance within a region R is the maximum of sup over A in R of d(x, B) and sup over B in R of d(y, A), of the
-// directions asked for: each point is measured to all of the other mesh. Regions may overlap; each is measured by
-// itself. The rest is the closure of what lies in no region. Both surfaces are covered, so the distance of the whole
-// lies between the maxima of the lower and of the upper bounds.
+// directions asked for: each point is measured to all of the other mesh. A group is a part of B, so its distance is
+// that from B alone, and no point of A lies in it. Regions may overlap; each is measured by itself. The rest is the
+// closure of what lies in no region. Both surfaces are covered, so the distance of the whole lies between the maxima of
+// the lower and of the upper bounds.
 #pragma once
 
 #include "engine/control.h"

@@ -18,6 +18,7 @@
 #include <string_view>
 #include <vector>
 
+#include "api/formats/groups.h"
 #include "api/units.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
@@ -85,6 +86,7 @@ struct ReadMesh {
   Mesh mesh;
   Format format = Format::obj;
   ReadNotes notes;
+  Groups groups;
 };
 
 // Detects the format by content first, then by file name and media type. nullopt: not recognised.

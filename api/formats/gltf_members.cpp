@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-enum class Kind { index, size, flag, text, numbers, indices, texts, object, objects, more_joints };
+enum class Kind { index, size, flag, text, name, numbers, indices, texts, object, objects, more_joints };
 
 // A member that is read; all others are dropped. `members`: for objects. `count`: for arrays of numbers; 0: any.
 struct Field {
@@ -32,7 +32,8 @@ constexpr Field kInstancing[] = {{"attributes", Kind::object, true, 0, kInstance
 constexpr Field kVisibility[] = {{"visible", Kind::flag}};
 constexpr Field kNodeExtensions[] = {{"EXT_mesh_gpu_instancing", Kind::object, false, 0, kInstancing},
                                      {"KHR_node_visibility", Kind::object, false, 0, kVisibility}};
-constexpr Field kNode[] = {{"mesh", Kind::index},
+constexpr Field kNode[] = {{"name", Kind::name},
+                           {"mesh", Kind::index},
                            {"skin", Kind::index},
                            {"weights", Kind::numbers},
                            {"children", Kind::indices},
@@ -204,6 +205,9 @@ bool Checker::value(const json& in, const Field& field, const Path& path, json& 
     case Kind::more_joints:
       return fail(path, "more than 16 joints a vertex are not supported; save the model with at most 16",
                   ErrorCode::unsupported_format);
+    case Kind::name:  // "": not one to ask for
+      out = in.is_string() && is_group_name(in.get_ref<const std::string&>()) ? in : json("");
+      return true;
     case Kind::flag:
       if (!in.is_boolean()) return fail(path, "expected true or false");
       break;

@@ -33,7 +33,8 @@ class Scene {
   struct Visit {
     std::size_t node;
     GltfTransform parent;
-    bool hidden;  // true: a node above is hidden
+    bool hidden;                            // true: a node above is hidden
+    std::optional<std::size_t> first = {};  // set: the node's subtree, which began with this triangle, is done
   };
   // The placement of a mesh by its node.
   struct Placing {
@@ -78,6 +79,7 @@ class Scene {
   std::map<std::size_t, std::uint32_t> placed_;  // current mesh: accessor of positions -> first vertex
   Counts counts_;
   bool found_cloud_ = false;
+  GroupCollector groups_;
   ReadMesh out_;
 };
 
@@ -133,6 +135,7 @@ Result<ReadMesh> Scene::read() {
     stack_.pop_back();
     if (auto ok = visit(next); !ok) return std::move(ok).error();
   }
+  out_.groups = groups_.take();
   if (counts_.hidden != 0 && out_.mesh.triangles.empty()) {
     return about(file_.source.part, ErrorCode::empty_mesh,
                  "has no triangles that are shown: KHR_node_visibility hides " + std::to_string(counts_.hidden) +
@@ -158,6 +161,8 @@ Result<ReadMesh> Scene::read_cloud() {
 
 Result<Done> Scene::visit(const Visit& visit) {
   const tinygltf::Node& node = file_.model.nodes[visit.node];
+  if (visit.first) return groups_.add(node.name, *visit.first, out_.mesh.triangles.size()), Done{};
+  if (is_group_name(node.name)) stack_.push_back({visit.node, visit.parent, false, out_.mesh.triangles.size()});
   const auto local = gltf_local_transform(file_, visit.node);
   if (!local) return local.error();
   const GltfTransform to_world = visit.parent * *local;
@@ -200,10 +205,10 @@ Result<Done> Scene::instances(std::size_t node, const GltfInstancing& instancing
   if (!transforms) return transforms.error();
   if (transforms->size() > limit - counts_.instances) return too_many(file_.source, "instances", limit);
   counts_.instances += transforms->size();
+  const auto mesh_index = static_cast<std::size_t>(file_.model.nodes[node].mesh);
   for (const GltfTransform& instance : *transforms) {
-    const auto mesh_index = static_cast<std::size_t>(file_.model.nodes[node].mesh);
-    auto ok = mesh(mesh_index, {placing.to_world * instance, std::nullopt, placing.weights});
-    if (!ok) return ok;
+    const Placing placed{placing.to_world * instance, std::nullopt, placing.weights};
+    if (auto ok = mesh(mesh_index, placed); !ok) return ok;
   }
   return Done{};
 }
@@ -297,10 +302,7 @@ Result<std::uint32_t> Scene::place_vertices(const GltfShape& shape, std::size_t 
   if (local->size() > limit - world.size()) return too_many(file_.source, "vertices", limit);
   const auto first = static_cast<std::uint32_t>(world.size());
   reserve_more(world, local->size());
-  if (placing.skin) world.insert(world.end(), local->begin(), local->end());
-  if (!placing.skin) {
-    for (const Vec3& p : *local) world.push_back(placing.to_world * p);
-  }
+  for (const Vec3& p : *local) world.push_back(placing.skin ? p : Vec3(placing.to_world * p));
   if (may_share) placed_.emplace(accessor, first);
   return first;
 }
@@ -318,11 +320,10 @@ Result<std::vector<Vec3>> Scene::local_vertices(const GltfShape& shape, std::siz
 
 Result<std::vector<std::uint32_t>> Scene::corners(const GltfFaces& faces, const std::string& where,
                                                   std::size_t vertices) const {
-  std::vector<std::uint32_t> out;
   if (!faces.indices) {
-    out.resize(vertices);
-    for (std::size_t i = 0; i < vertices; ++i) out[i] = static_cast<std::uint32_t>(i);
-    return out;
+    std::vector<std::uint32_t> all(vertices);
+    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+    return all;
   }
   auto read = file_.accessors.indices(*faces.indices);
   if (!read) return read;

@@ -32,6 +32,10 @@ class ObjReader {
   const char* plain_triangle(const char* p);
   const char* corner(const char* p);
   const char* texture_and_normal(const char* p, const char* token);
+  const char* group(const char* p);
+  const char* object(const char* p);
+  void end_groups();
+  void end_object();
   const char* other(const char* p);
   const char* pass_over(const char* p, bool continues);
   const char* resolve(std::int64_t index, const char* place);
@@ -51,6 +55,11 @@ class ObjReader {
   std::size_t vertex_limit_;
   ReadMesh out_;
   Faces faces_;
+  GroupCollector groups_;
+  std::vector<std::string_view> names_;  // of the groups that faces are in now
+  std::string_view object_;              // likewise
+  std::size_t first_of_groups_ = 0;      // the first triangle of each
+  std::size_t first_of_object_ = 0;
   // The highest index so far of a vertex not yet read, and its place.
   std::size_t highest_forward_ = 0;
   const char* highest_forward_place_ = nullptr;
@@ -210,8 +219,44 @@ const char* ObjReader::pass_over(const char* p, bool continues) {
 
 // Whether the statement says nothing of how vertices are joined.
 bool is_beside_points(std::string_view word) {
-  constexpr std::string_view kWords[] = {"vn", "vt", "g", "o", "s", "usemtl", "mtllib"};
+  constexpr std::string_view kWords[] = {"vn", "vt", "s", "usemtl", "mtllib"};
   return std::ranges::find(kWords, word) != std::end(kWords);
+}
+
+void ObjReader::end_groups() {
+  const std::size_t end = out_.mesh.triangles.size();
+  for (const std::string_view name : names_) groups_.add(name, first_of_groups_, end);
+  names_.clear();
+  first_of_groups_ = end;
+}
+
+void ObjReader::end_object() {
+  groups_.add(object_, first_of_object_, out_.mesh.triangles.size());
+  first_of_object_ = out_.mesh.triangles.size();
+}
+
+// Reads the names of the groups that the faces after it belong to.
+const char* ObjReader::group(const char* p) {
+  end_groups();
+  for (p = blanks(p); !at_line_end(p); p = blanks(p)) {
+    const char* const name = p;
+    for (; !at_token_end(p); ++p) {
+      if (*p == '\0') return binary_data(p);
+    }
+    names_.emplace_back(name, p);
+  }
+  return p;
+}
+
+// Reads the name of the object that the faces after it belong to: the rest of the line.
+const char* ObjReader::object(const char* p) {
+  end_object();
+  p = skip_blanks(p, end_);
+  const char* const end = pass_over(p, true);
+  if (end == nullptr) return nullptr;
+  object_ = {p, end};
+  object_ = object_.substr(0, object_.find_last_not_of(" \t") + 1);
+  return end;
 }
 
 const char* ObjReader::other(const char* p) {
@@ -232,6 +277,8 @@ const char* ObjReader::statement(const char* p) {
   const bool one_letter = p + 1 == end_ || is_space(p[1]) || p[1] == '\\';
   if (*p == 'v' && one_letter) return vertex(p + 1);
   if (*p == 'f' && one_letter) return face(p + 1);
+  if (*p == 'g' && one_letter) return group(p + 1);
+  if (*p == 'o' && one_letter) return object(p + 1);
   if (word_at(p, end_) == "fo") return face(p + 2);  // faces in the format's first versions
   return other(p);
 }
@@ -252,6 +299,9 @@ Result<ReadMesh> ObjReader::read() {
                    "index " + std::to_string(highest_forward_ + 1) + ", but the file has " +
                        std::to_string(out_.mesh.positions.size()) + " vertices");
   }
+  end_groups();
+  end_object();
+  out_.groups = groups_.take();
   if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
   if (out_.mesh.triangles.empty() && out_.notes.skipped_primitives == 0 && only_points_) {
     if (auto ok = make_cloud(source_, out_); !ok) return std::move(ok).error();

@@ -107,6 +107,7 @@ class Placer {
   std::set<MfKey> helpers_;                         // objects placed but not printed
   std::map<MfKey, std::vector<Triangle>> printed_;  // printed triangles of objects with helper volumes
   std::size_t placed_ = 0;
+  GroupCollector groups_;
   ReadMesh out_;
 };
 
@@ -129,6 +130,7 @@ Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const
     return Done{};
   }
   shown_.insert(key);
+  const std::size_t first = out_.mesh.triangles.size();
   const Transform to_world = combined(outer, placement.transform);
   if (auto ok = copy(key, found->second, to_world); !ok) return ok;
   open_.push_back(key);
@@ -136,6 +138,7 @@ Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const
     if (auto ok = place(component, key.first, to_world); !ok) return ok;
   }
   open_.pop_back();
+  groups_.add(found->second.name, first, out_.mesh.triangles.size());
   return Done{};
 }
 
@@ -212,6 +215,7 @@ Result<ReadMesh> Placer::run() {
   for (const MfPlacement& item : document_.build) {
     if (auto ok = place(item, 0, std::nullopt); !ok) return std::move(ok).error();
   }
+  out_.groups = groups_.take();
   for (const MfKey& key : shown_) helpers_.erase(key);
   out_.notes.unused_objects = document_.objects.size() - shown_.size() - helpers_.size();
   if (out_.mesh.triangles.empty() && !document_.triangles.empty()) return shows_nothing();

@@ -122,6 +122,7 @@ Defect ModelReader::object(const XmlAttributes& attributes) {
   const auto [entry, is_new] = document_.objects.try_emplace({part_, static_cast<std::uint32_t>(id)});
   if (!is_new) return malformed("a second object " + std::to_string(id));
   object_ = &entry->second;
+  if (const char* const name = attributes.find("name"); name && is_group_name(name)) object_->name = name;
   if (auto defect = read_object_type(attributes.find("type"), object_->printed)) return defect;
   return list_one_more();
 }

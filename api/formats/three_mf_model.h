@@ -30,6 +30,7 @@ struct MfObject {
   std::size_t first_triangle = 0;
   std::size_t triangles = 0;
   std::vector<MfPlacement> components;
+  std::string name;
   bool has_mesh = false;
   bool printed = true;  // by its type; only for a mesh, since each component has its own type
   bool steers = false;  // true: a setting of the slicer makes it a support or a modifier

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "check/utf8.h"
+#include "api/formats/utf8.h"
 
 namespace meshgauge::check {
 namespace {

@@ -5,12 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "api/formats/utf8.h"
 #include "api/json_filter.h"
 #include "check/baseline_glob.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/naming.h"
-#include "check/utf8.h"
 
 namespace meshgauge::check {
 namespace {

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "api/formats/utf8.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
 #include "check/manifest/glob.h"
@@ -13,7 +14,6 @@
 #include "check/manifest/settings.h"
 #include "check/manifest/suggestion.h"
 #include "check/manifest/yaml_tree.h"
-#include "check/utf8.h"
 
 namespace meshgauge::check {
 namespace {

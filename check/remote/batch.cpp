@@ -8,10 +8,10 @@
 
 #include "api/batch_request.h"
 #include "api/formats/text.h"
+#include "api/formats/utf8.h"
 #include "check/remote/batch_results.h"
 #include "check/remote/request.h"
 #include "check/remote/waiting.h"
-#include "check/utf8.h"
 
 namespace meshgauge::check::service {
 namespace {

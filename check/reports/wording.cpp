@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "api/formats/utf8.h"
 #include "api/with_unit.h"
 #include "check/html/figures.h"
-#include "check/utf8.h"
 
 namespace meshgauge::check {
 namespace {

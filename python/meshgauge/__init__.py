@@ -64,8 +64,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         max_share_beyond: {"distance": "0.05 mm", "share": 0.01}: a limit, beside max_distance or alone: at most one
             percent of the area may be farther than that (Result.document["share_beyond"]).
         regions: parts that are measured each by itself (Result.regions): {"name": "bore", "box": {"min": [0, 0, 0],
-            "max": [10, 10, 25]}, "max_distance": "0.02 mm"}, or with "sphere": {"centre": [0, 0, 40], "radius": 5};
-            coordinates in the unit of the result. max_distance is then the limit of the rest.
+            "max": [10, 10, 25]}, "max_distance": "0.02 mm"}, or with "sphere": {"centre": [0, 0, 40], "radius": 5} or
+            "group": "Lid", a group of b's file; coordinates in the unit of the result. max_distance is then the limit of the rest.
         zone: ("-0.05 mm", "0.1 mm"): limits of how far a is inside and outside of b, a closed mesh, beside other limits
             or alone (Result.document["sides"]).
         sides: True also certifies how far a reaches outside and inside of b (Result.document["sides"]); a mapping may

@@ -63,6 +63,7 @@ class Reader {
     const std::uint64_t size = number(most);
     return std::string(take(size));
   }
+  std::size_t left() const { return rest_.size(); }
   bool complete() const { return ok_ && rest_.empty(); }
 
  private:
@@ -167,6 +168,7 @@ std::optional<Reply> take_mesh(Reader& reader) {
   if (!is_format(format) || !take_notes(reader, arrays.notes)) return std::nullopt;
   arrays.vertices = reader.number();
   arrays.triangles = reader.number();
+  arrays.group_bytes = reader.number(kMostEncodedGroups);
   if (!reader.complete()) return std::nullopt;
   return arrays;
 }
@@ -216,11 +218,22 @@ std::string encode(const Reply& reply) {
   if (reply) {
     writer.number(kMesh).number(static_cast<std::uint64_t>(reply->format));
     put(writer, reply->notes);
-    return writer.number(reply->vertices).number(reply->triangles).take();
+    return writer.number(reply->vertices).number(reply->triangles).number(reply->group_bytes).take();
   }
   const Error& error = reply.error();
   writer.number(kError).number(static_cast<std::uint64_t>(error.code));
   for (const std::string_view text : {error.message, error.part, error.where}) writer.text(text.substr(0, kMostText));
+  return writer.take();
+}
+
+// A range as one number: its end in the high half.
+std::string encode(const api::Groups& groups) {
+  Writer writer;
+  writer.number(groups.too_many ? 1 : 0).number(groups.named.size());
+  for (const Group& group : groups.named) {
+    writer.text(group.name).number(group.ranges.size());
+    for (const TriangleRange& range : group.ranges) writer.number(std::uint64_t{range.end} << 32U | range.first);
+  }
   return writer.take();
 }
 
@@ -269,6 +282,24 @@ std::optional<Reply> decode_reply(std::string_view message) {
     default:
       return std::nullopt;
   }
+}
+
+// A reader that has nothing left to read ends each loop with its first step.
+std::optional<api::Groups> decode_groups(std::string_view bytes, std::uint64_t triangles) {
+  Reader reader(bytes);
+  api::Groups groups;
+  groups.too_many = reader.number(1) == 1;
+  groups.named.resize(reader.number(api::kMostGroupRanges));
+  for (Group& group : groups.named) {
+    group.name = reader.text(api::kMostBytesOfGroup);
+    group.ranges.resize(reader.number(reader.left() / sizeof(std::uint64_t)));
+    for (TriangleRange& range : group.ranges) {
+      const std::uint64_t number = reader.number();
+      range = {static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(number >> 32U)};
+    }
+  }
+  if (!reader.complete() || !is_valid(groups, triangles)) return std::nullopt;
+  return groups;
 }
 
 }  // namespace meshgauge::server::sandbox

@@ -43,20 +43,26 @@ struct Request {
   std::string media_type;
 };
 
-// Sizes of the arrays that come through the window: positions, then triangles.
+// Sizes of the arrays that come through the window: positions, triangles, then the encoded groups.
 struct Arrays {
   api::Format format = api::Format::obj;
   api::ReadNotes notes;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
+  std::uint64_t group_bytes = 0;  // 0: no groups; at most kMostEncodedGroups
 };
 
 using Reply = Result<Arrays>;
+
+inline constexpr std::uint64_t kMostEncodedGroups =
+    api::kMostBytesOfGroups + (3 * api::kMostGroupRanges + 2) * sizeof(std::uint64_t);
 
 std::string encode(const Bounds& bounds);
 std::string encode(const Trial& trial);      // each clause is cut like a text
 std::string encode(const Request& request);  // a hint is cut to its last 1,024 bytes
 std::string encode(const Reply& reply);      // a text is cut to its first 4,096 bytes
+
+std::string encode(const api::Groups& groups);
 
 std::optional<Bounds> decode_bounds(std::string_view message);
 std::optional<Trial> decode_trial(std::string_view message);
@@ -64,5 +70,7 @@ std::optional<Request> decode_request(std::string_view message);
 // Decodes and checks a reply. nullopt: it is invalid. An Error has one of a reader's codes, never out_of_time or
 // invalid_request, which only the server decides.
 std::optional<Reply> decode_reply(std::string_view message);
+// Decodes and checks the groups of a mesh with this many triangles. nullopt: they are invalid.
+std::optional<api::Groups> decode_groups(std::string_view bytes, std::uint64_t triangles);
 
 }  // namespace meshgauge::server::sandbox

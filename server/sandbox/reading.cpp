@@ -128,16 +128,19 @@ ReadingOutcome Reading::take_mesh(const Arrays& arrays, Control& control) {
   const auto copy = std::make_shared<Copy>(arrays.vertices, arrays.triangles);
   const auto positions = std::as_writable_bytes(std::span(copy->positions));
   const auto triangles = std::as_writable_bytes(std::span(copy->triangles));
-  const std::uint64_t count = count_pieces(positions.size(), triangles.size());
+  std::string table(arrays.group_bytes, '\0');
+  const auto encoded = std::as_writable_bytes(std::span(table));
+  const std::uint64_t count = count_pieces({positions.size(), triangles.size(), encoded.size()});
   Interruption why = Interruption::none;
-  const bool complete = for_each_piece(positions, triangles, [&](std::uint64_t number, std::span<std::byte> piece) {
+  const auto take = [&](std::uint64_t number, std::span<std::byte> piece) {
     if (number >= kSlots) {
       why = await_message(control);
       if (why != Interruption::none || !receive_message(worker_.channel(), 0)) return false;
     }
     if (!window_->copy(number, piece)) return false;
     return number + kSlots >= count || send_message(worker_.channel(), kTurn);
-  });
+  };
+  const bool complete = for_each_piece({positions, triangles, encoded}, take);
   if (why != Interruption::none) return killed(why);
   if (!complete) return broken_off(control);
   const MeshView mesh(copy->positions, copy->triangles);
@@ -147,7 +150,9 @@ ReadingOutcome Reading::take_mesh(const Arrays& arrays, Control& control) {
   });
   if (why != Interruption::none) return killed(why);
   if (!valid) return untrue("gave an invalid mesh: " + valid.error().message);
-  return {End::read, "", api::LoadedMesh{mesh, arrays.format, arrays.notes, "", copy}};
+  auto groups = table.empty() ? api::Groups() : decode_groups(table, arrays.triangles);
+  if (!groups) return untrue("gave groups that have no meaning");
+  return {End::read, "", api::LoadedMesh{mesh, arrays.format, arrays.notes, "", copy, *std::move(groups)}};
 }
 
 // none: a message can be received, or the worker has ended.

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <utility>
@@ -25,11 +26,11 @@ inline constexpr char kTurn[] = ".";  // message that passes a slot on
 
 inline std::size_t slot_of(std::uint64_t piece) { return static_cast<std::size_t>(piece % kSlots) * kSlotBytes; }
 
-// Calls visit(number, bytes) for each piece of the two arrays. Stops and returns false when visit does.
+// Calls visit(number, bytes) for each piece of the arrays. Stops and returns false when visit does.
 template <class Byte, class Visit>
-bool for_each_piece(std::span<Byte> first, std::span<Byte> second, Visit visit) {
+bool for_each_piece(std::initializer_list<std::span<Byte>> arrays, Visit visit) {
   std::uint64_t number = 0;
-  for (std::span<Byte> rest : {first, second}) {
+  for (std::span<Byte> rest : arrays) {
     while (!rest.empty()) {
       const auto piece = rest.first(std::min(rest.size(), kSlotBytes));
       if (!visit(number, piece)) return false;
@@ -40,8 +41,10 @@ bool for_each_piece(std::span<Byte> first, std::span<Byte> second, Visit visit) 
   return true;
 }
 
-inline std::uint64_t count_pieces(std::uint64_t first_bytes, std::uint64_t second_bytes) {
-  return (first_bytes + kSlotBytes - 1) / kSlotBytes + (second_bytes + kSlotBytes - 1) / kSlotBytes;
+inline std::uint64_t count_pieces(std::initializer_list<std::uint64_t> bytes_of_arrays) {
+  std::uint64_t count = 0;
+  for (const std::uint64_t bytes : bytes_of_arrays) count += (bytes + kSlotBytes - 1) / kSlotBytes;
+  return count;
 }
 
 // The server's end. Mapped if the size of the file is sealed, since a shortened mapping would end the server;

@@ -38,15 +38,18 @@ bool hand_over(const api::ReadMesh& read) {
   const auto triangles = bytes_of(read.mesh.triangles);
   void* const start = ::mmap(nullptr, kWindowBytes, PROT_READ | PROT_WRITE, MAP_SHARED, kWindow, 0);
   if (start == MAP_FAILED) return false;
-  const std::string reply =
-      encode(Reply(Arrays{read.format, read.notes, read.mesh.positions.size(), read.mesh.triangles.size()}));
-  const std::uint64_t with_reply = std::min(kSlots, count_pieces(positions.size(), triangles.size()));
-  return for_each_piece(positions, triangles, [&](std::uint64_t number, std::span<const std::byte> piece) {
+  const std::string table = read.groups == api::Groups() ? "" : encode(read.groups);
+  const auto groups = bytes_of(table);
+  const std::string reply = encode(
+      Reply(Arrays{read.format, read.notes, read.mesh.positions.size(), read.mesh.triangles.size(), groups.size()}));
+  const std::uint64_t with_reply = std::min(kSlots, count_pieces({positions.size(), triangles.size(), groups.size()}));
+  const auto give = [&](std::uint64_t number, std::span<const std::byte> piece) {
     if (number >= kSlots && !receive_message(kChannel, 0)) return false;
     std::memcpy(static_cast<std::byte*>(start) + slot_of(number), piece.data(), piece.size());
     if (number + 1 < with_reply) return true;
     return send_message(kChannel, number < kSlots ? reply : kTurn);
-  });
+  };
+  return for_each_piece({positions, triangles, groups}, give);
 }
 
 }  // namespace

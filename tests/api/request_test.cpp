@@ -285,16 +285,18 @@ TEST_CASE("request: ranges refuse what is not a number") {
 TEST_CASE("request: regions have a shape, a name of their own and perhaps a limit") {
   const auto read = api::parse_options(
       R"({"gate": {"max_distance": 1}, "regions": [{"name": "bore", "box": {"min": [0, -1, 0], "max": [1, 2.5, 0]},
-          "max_distance": 0.5}, {"name": "tip", "sphere": {"centre": [0, 0, 4], "radius": 2}}]})");
+          "max_distance": 0.5}, {"name": "tip", "sphere": {"centre": [0, 0, 4], "radius": 2}},
+          {"name": "lid", "group": "the lid"}]})");
   REQUIRE(read.ok());
   const auto& regions = read->options.regions;
-  REQUIRE(regions.size() == 2);
+  REQUIRE(regions.size() == 3);
   CHECK(regions[0].name == "bore");
   CHECK(regions[0].max_distance == 0.5);
   CHECK(std::get<Box>(regions[0].shape).low == Vec3(0, -1, 0));
   CHECK(std::get<Box>(regions[0].shape).high == Vec3(1, 2.5, 0));
   CHECK(std::get<Sphere>(regions[1].shape).radius == 2);
   CHECK(!regions[1].max_distance);
+  CHECK(std::get<Group>(regions[2].shape) == Group{"the lid", {}});
 }
 
 TEST_CASE("request: wrong regions are refused with their place") {
@@ -321,7 +323,12 @@ TEST_CASE("request: wrong regions are refused with their place") {
   CHECK(where(one(R"("name": "x", "box": {"min": [0, 0, 0]})")) == "/regions/0/box");
   CHECK(where(one(R"("name": "x", "box": {"min": [0, 0, 0], "maks": [0, 0, 0]})")) == "/regions/0/box/maks");
   CHECK(where(one(R"("name": "x", "sphere": {"centre": [0, 0, 0], "radius": -1})")) == "/regions/0/sphere/radius");
-  CHECK(where(one(R"("name": "x", "group": "y", )" + box)) == "/regions/0/group");
+  CHECK(where(one(R"("name": "x", "group": "y", )" + box)) == "/regions/0");
+  CHECK(where(one(R"("name": "x", "group": 1)")) == "/regions/0/group");
+  CHECK(where(one(R"("name": "x", "group": "")")) == "/regions/0/group");
+  CHECK(where(one(R"("name": "x", "group": "a\nb")")) == "/regions/0/group");
+  CHECK(where(one(R"("name": "x", "group": ")" + std::string(257, 'x') + "\"")) == "/regions/0/group");
+  CHECK(where(one(R"("name": "x", "layer": "y", )" + box)) == "/regions/0/layer");
   CHECK(where(one(R"("name": "x", "max_distance": -1, )" + box)) == "/regions/0/max_distance");
   CHECK(where(one(R"("name": "x", "max_distance": 1, )" + box)) == "/regions");
   CHECK(where(one(R"("name": "x", "max_distance": 0.1, )" + box),

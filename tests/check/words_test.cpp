@@ -3,10 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include "api/formats/utf8.h"
 #include "check/manifest/mistake.h"
 #include "check/manifest/naming.h"
 #include "check/manifest/suggestion.h"
-#include "check/utf8.h"
 
 using namespace meshgauge::check;
 

@@ -57,13 +57,36 @@ class Regions(ServerCase):
         wrong = [None, {}, [], [1], [{"name": "x"}], [{**LEFT, "more": 1}], [LEFT, LEFT], [{**LEFT, "name": "rest"}],
                  [{**LEFT, "name": 1}], [limited(LEFT, 1)], [{**LEFT, **BALL}],
                  [{"name": "x", "box": {"min": [0, 0, 1], "max": [1, 1, 0]}}],
-                 [{"name": "x", "sphere": {"centre": [0, 0], "radius": 1}}]]
+                 [{"name": "x", "sphere": {"centre": [0, 0], "radius": 1}}], [{"name": "x", "group": ""}], [{**LEFT, "group": "x"}]]
         for regions in wrong:
             with self.subTest(regions):
                 self.refused(self.server.compare(options={"regions": regions}), 422, "invalid-request")
         problem = self.server.compare(options={"regions": [LEFT, FAR]}).json()
         self.assertIn("the region 'far' holds no point that is measured from: 'a' lies from (0, 0, 0) to", problem["detail"])
         self.assertEqual(problem["errors"][0]["where"], "/regions/1")
+
+    def test_groups_of_mesh_b(self):
+        b = b"v 0 0 2\nv 1 0 2\nv 0 1 2\nv 1 1 3\ng low\nf 1 2 3\ng high all\nf 2 4 3\n"
+        compare = lambda **options: self.server.compare(SQUARE, b, options=options)
+        low, high = {"name": "the low one", "group": "low"}, {"name": "high", "group": "high"}
+        for _ in range(2):  # the second from the cache
+            found = compare(gate={"max_distance": 4}, regions=[limited(low, 2.5), limited(high, 2.5)]).json()["regions"]
+            self.assertEqual([(one["name"], one.get("group"), one["verdict"]) for one in found],
+                             [("the low one", "low", "pass"), ("high", "high", "fail"), ("rest", None, "pass")])
+            self.assertIsNone(found[0]["a_to_b"])
+            self.assertEqual(found[1]["b_to_a"]["witness"]["triangle_a"], 1)
+        found = compare(direction="b_to_a", regions=[low, high, {"name": "all", "group": "all"}]).json()["regions"]
+        for one, distance in zip(found, (2, 3, 3)):
+            self.assertLessEqual(one["distance"]["lower"], distance)
+            self.assertGreaterEqual(one["distance"]["upper"], distance)
+        self.assertIs(found[3]["empty"], True)
+        for options, where, said in (
+                ({"regions": [low, {"name": "x", "group": "Low"}]}, "/regions/1/group", "no group 'Low': 'b' has 'all', 'high', 'low'"),
+                ({"regions": [low], "direction": "a_to_b"}, "/regions/0/group", "'the low one' is a group of 'b': it is measured from there")):
+            problem = self.refused(compare(**options), 422, "invalid-request")
+            self.assertIn(said, problem["detail"])
+            self.assertEqual(problem["errors"][0]["where"], where)
+        self.assertIn("'b' has none; groups", self.server.compare(options={"regions": [low]}).json()["detail"])
 
     def test_the_command_line_says_the_same(self):
         with tempfile.TemporaryDirectory() as folder:

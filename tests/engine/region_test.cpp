@@ -181,6 +181,58 @@ TEST_CASE("regions: what rounding moved is neither inside nor outside for sure")
   CHECK(found.regions[1].upper >= 1);
 }
 
+TEST_CASE("regions: the interval of a group is that of a mesh of its triangles alone") {
+  std::mt19937_64 random(3);
+  const Mesh a = shapes::sphere(9, 1.05);
+  for (int round = 0; round < 20; ++round) {
+    const Mesh b = shapes::soup(40, random);
+    Group group;
+    Mesh of_group{b.positions, {}}, rest{b.positions, {}};
+    for (std::uint32_t t = 0; t < b.triangles.size(); ++t) {
+      const bool is_in = random() % 3 == 0;
+      (is_in ? of_group : rest).triangles.push_back(b.triangles[t]);
+      if (is_in) group.ranges.push_back({t, t + 1});
+    }
+    const Outcome found = measured(a, b, {{group, {}}}, Direction::b_to_a);
+    const Outcome alone = measured(a, of_group, {}, Direction::b_to_a),
+                  other = measured(a, rest, {}, Direction::b_to_a);
+    REQUIRE(found.regions.size() == 2);
+    CHECK(found.regions[0].lower <= alone.upper);
+    CHECK(found.regions[0].upper >= alone.lower);
+    CHECK(found.regions[0].upper - found.regions[0].lower <= 1e-9);
+    CHECK(group.has(found.regions[0].b_to_a->witness->triangle_a));
+    CHECK(found.regions[1].lower <= other.upper);
+    CHECK(found.regions[1].upper >= other.lower);
+    CHECK(found.regions[1].upper - found.regions[1].lower <= 1e-9);
+    CHECK(!group.has(found.regions[1].b_to_a->witness->triangle_a));
+  }
+}
+
+TEST_CASE("regions: a group is of mesh b, and each point of mesh a is in the rest or a box") {
+  Mesh b = shapes::moved(shapes::grid(1), {0, 0, 1});
+  const Mesh lower = shapes::moved(shapes::grid(1), {0, 0, -3});
+  const auto first = static_cast<std::uint32_t>(b.triangles.size());
+  for (const Triangle& t : lower.triangles) {
+    Triangle more;
+    for (std::size_t i = 0; i < 3; ++i) more[i] = t[i] + static_cast<std::uint32_t>(b.positions.size());
+    b.triangles.push_back(more);
+  }
+  b.positions.insert(b.positions.end(), lower.positions.begin(), lower.positions.end());
+  const std::vector<Region> regions{{Group{"low", {{first, 2 * first}}}, {}},
+                                    box({-kAll, -kAll, -kAll}, {0.5, kAll, kAll})};
+  const Outcome found = measured(shapes::grid(1), b, regions, Direction::symmetric);
+  REQUIRE(found.regions.size() == 3);
+  CHECK(holds(found.regions[0], 3));
+  CHECK(!found.regions[0].a_to_b);
+  CHECK(holds(found.regions[1], 3));  // of both meshes, whatever groups there are
+  CHECK(holds(found.regions[2], 1));
+  CHECK(found.regions[2].a_to_b->upper >= 1);
+  CHECK(found.upper >= found.regions[0].upper);
+  const Outcome from_a = measured(shapes::grid(1), b, {regions[0]}, Direction::a_to_b);
+  CHECK(from_a.regions[0].empty);
+  CHECK(holds(from_a.regions[1], 1));
+}
+
 TEST_CASE("regions: an interruption at any moment leaves intervals that hold") {
   const Mesh a = ramp();
   const Mesh b = plane();

@@ -7,7 +7,11 @@
 // whole must be covered, and a region that is said to be empty must be. Exits with 1 at the first violation.
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
+#include <limits>
+#include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -36,7 +40,26 @@ Vec3 place(fuzz::Dice& dice, const Mesh& mesh) {
   return dice.chance(0.5) ? q : Vec3(p.x(), q.y(), q.z());
 }
 
+Group make_group(fuzz::Dice& dice, const Mesh& mesh) {
+  Group group;
+  for (std::uint32_t t = dice.below(3); t < mesh.triangles.size(); t += 1 + dice.below(3))
+    group.ranges.push_back({t, t + 1});
+  if (group.ranges.empty()) group.ranges.push_back({0, 1});
+  return group;
+}
+
+template <class Take>
+Mesh triangles_of(const Mesh& mesh, const Take& take) {
+  Mesh some{mesh.positions, {}};
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (take(t)) some.triangles.push_back(mesh.triangles[t]);
+  }
+  return some;
+}
+
+// `pair.a` is measured from.
 Region make_region(fuzz::Dice& dice, const fuzz::Pair& pair) {
+  if (dice.chance(0.2)) return {make_group(dice, pair.a), {}};
   const auto any = [&] { return place(dice, dice.chance(0.5) ? pair.a : pair.b); };
   const Vec3 p = any(), q = any();
   if (dice.chance(0.5)) return {Box{p.cwiseMin(q), p.cwiseMax(q)}, {}};
@@ -57,6 +80,28 @@ Prepared prepared(const Mesh& mesh, double error) {
   return Prepared(mesh, Prepared::Use::once, nullptr, std::nullopt, error);
 }
 
+bool has(const Region& region, std::size_t triangle) {
+  const auto* group = std::get_if<Group>(&region.shape);
+  return group && group->has(triangle);
+}
+
+// Of a region, or behind them of the rest.
+oracle::RegionBracket bracket_of(const fuzz::Pair& pair, std::span<const Region> regions, std::size_t i,
+                                 long double slack) {
+  if (i < regions.size() && !regions[i].is_group())
+    return oracle::farthest_inside(pair.a, pair.b, regions[i], slack, kCells);
+  if (i < regions.size()) {
+    const Mesh group = triangles_of(pair.a, [&](std::size_t t) { return has(regions[i], t); });
+    const Region all{Sphere{Vec3::Zero(), std::numeric_limits<double>::infinity()}, {}};
+    return oracle::farthest_inside(group, pair.b, all, slack, kCells);
+  }
+  const Mesh rest = triangles_of(
+      pair.a, [&](std::size_t t) { return std::ranges::none_of(regions, [&](const Region& r) { return has(r, t); }); });
+  std::vector<Region> of_space;
+  std::ranges::remove_copy_if(regions, std::back_inserter(of_space), &Region::is_group);
+  return oracle::farthest_outside(rest, pair.b, of_space, slack, kCells);
+}
+
 std::string judge(const Bounds& found, bool is_empty, const oracle::RegionBracket& bracket, long double slack) {
   if (!(found.lower <= found.upper)) return "order";
   if (found.lower > bracket.high + slack) return "lower";
@@ -69,6 +114,10 @@ void print(const Region& region) {
   if (const auto* s = std::get_if<Sphere>(&region.shape))
     return void(
         std::printf("sphere %.17g %.17g %.17g radius %.17g\n", s->centre.x(), s->centre.y(), s->centre.z(), s->radius));
+  if (const auto* group = std::get_if<Group>(&region.shape)) {
+    for (const TriangleRange& range : group->ranges) std::printf("triangles %u to %u\n", range.first, range.end - 1);
+    return;
+  }
   const Box& b = std::get<Box>(region.shape);
   std::printf("box %.17g %.17g %.17g to %.17g %.17g %.17g\n", b.low.x(), b.low.y(), b.low.z(), b.high.x(), b.high.y(),
               b.high.z());
@@ -94,21 +143,19 @@ bool attack(std::uint64_t seed, std::uint64_t& narrow, std::uint64_t& intervals)
   const double most = size > 1e-100 && size < 1e100 && dice.chance(0.2) ? size * dice.power(-8, -2) : 0;
   const Mesh a = shaken(dice, most, pair.a, error_a), b = shaken(dice, most, pair.b, error_b);
   Options options;
-  options.direction = Direction::a_to_b;
+  options.direction = Direction::b_to_a;  // `pair.a` is mesh b, which has the groups
   options.max_work_items = dice.chance(0.1) ? dice.below(4) : 3000;
   options.tolerance = {std::nullopt, dice.power(-5, -2), 0.01};
   for (std::size_t n = 1 + dice.below(3); n > 0; --n) options.regions.push_back(make_region(dice, pair));
   if (dice.chance(0.1)) options.regions[0].max_distance = size * dice.unit();
   Control control;
   if (dice.chance(0.1)) control.cancel_at_check(1 + dice.below(100));
-  const Outcome outcome = measure(prepared(a, error_a), prepared(b, error_b), options, control);
+  const Outcome outcome = measure(prepared(b, error_b), prepared(a, error_a), options, control);
   std::string violated;
   for (std::size_t i = 0; i < outcome.regions.size() && violated.empty(); ++i) {
     const RegionOutcome& found = outcome.regions[i];
-    const oracle::RegionBracket bracket =
-        i < options.regions.size() ? oracle::farthest_inside(pair.a, pair.b, options.regions[i], slack, kCells)
-                                   : oracle::farthest_outside(pair.a, pair.b, options.regions, slack, kCells);
-    violated = judge(*found.a_to_b, found.empty, bracket, slack);
+    const oracle::RegionBracket bracket = bracket_of(pair, options.regions, i, slack);
+    violated = judge(*found.b_to_a, found.empty, bracket, slack);
     if (outcome.lower < found.lower || outcome.upper < found.upper) violated = "whole";
     ++intervals;
     narrow += found.stop == Stop::converged || found.stop == Stop::gate_decided ? 1 : 0;

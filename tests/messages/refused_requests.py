@@ -119,6 +119,8 @@ def option_rows(server):
         {"gate": {"max_distance": 1, "uncertainty": 2}},
         {"regions": [{"name": "bore"}]}, {"regions": [{"name": "bore", "box": {"min": [0, 0, 1], "max": [1, 1, 0]}}]},
         {"regions": [{"name": "tip", "sphere": {"centre": [0, 0, 0], "radius": 1}, "max_distance": 1}]},
+        {"regions": [{"name": "lid", "group": ""}]}, {"regions": [{"name": "lid", "group": "Lid"}]},
+        {"regions": [{"name": "lid", "group": "Lid"}], "direction": "a_to_b"},
         {"regions": [{"name": "far", "sphere": {"centre": [90, 0, 0], "radius": 1}}]},
         {"align": "stiff"}, {"align": {"overlap": 2}}, {"align": {"overlapp": 1}}, {"align": {"fit": False}},
         *({"align": {"transform": transform}} for transform in ([1, 0, 0], {"row_major": [1, 0, 0]}, *map(row_major, (

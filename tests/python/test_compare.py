@@ -198,6 +198,15 @@ class Results(unittest.TestCase):
         with self.assertRaisesRegex(meshgauge.InputError, "the same unit"):
             meshgauge.compare(SQUARE, RAISED, 3, regions=[left])
 
+    def test_groups(self):
+        lid = {"name": "lid", "group": "Lid", "max_distance": "1.5 mm"}
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "b.obj")
+            file.write_text("v 0 0 2\nv 1 0 2\nv 0 1 2\ng Lid\nf 1 2 3\n")
+            self.assertEqual(meshgauge.compare(SQUARE, file, "3 mm", regions=[lid]).regions["lid"]["verdict"], "fail")
+        with self.assertRaisesRegex(meshgauge.InputError, "no group 'Lid': 'b' has none"):
+            meshgauge.compare(SQUARE, RAISED, "3 mm", regions=[lid])
+
     def test_an_alignment(self):
         matrix = [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]]
         for align in (matrix, {"transform": matrix}, {"transform": {"row_major": sum(matrix, [])}}):

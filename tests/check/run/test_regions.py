@@ -38,6 +38,25 @@ gates:
         self.assertIn("`pair`: `right`", (self.folder / "regions.md").read_text())
         self.assertIn("distance in right", (self.folder / "regions.html").read_text())
 
+    def test_groups_of_the_baseline(self):
+        self.file("named.obj", "v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\ng left\nf 1 2 3\no Bohrung \u00e4\nf 1 3 4\n")
+        pair = ("flat.obj", "named.obj", "--max-distance", "3 mm", "--regions")
+        self.exits(0, *pair, "[{name: left, group: left, max_distance: 2.1 mm}, {name: bore, group: Bohrung \u00e4}]")
+        self.exits(1, *pair, "[{name: left, group: left, max_distance: 1.9 mm}]")
+        self.exits(3, *pair, "[{name: left, group: left, box: {min: [0, 0, 0], max: [1, 1, 1]}}]")
+        run = self.exits(3, *pair, "[{name: left, group: right}]")
+        self.assertIn("no group 'right': 'named.obj' has 'Bohrung \u00e4', 'left'", run.stdout + run.stderr)
+        self.file("groups.yaml", """
+version: 1
+gates:
+  - name: pair
+    candidate: flat.obj
+    baseline: named.obj
+    max_distance: 3 mm
+    regions: [{name: left, group: left, max_distance: 1.5 mm}]
+""")
+        self.assertEqual([one["verdict"] for one in self.report(1, "groups.yaml")["gates"][0]["regions"]], ["fail"])
+
 
 if __name__ == "__main__":
     unittest.main()

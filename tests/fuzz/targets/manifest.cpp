@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/formats/utf8.h"
 #include "api/names.h"
 #include "api/request.h"
 #include "check/manifest/glob.h"
@@ -13,7 +14,6 @@
 #include "check/manifest/naming.h"
 #include "check/manifest/quantities.h"
 #include "check/manifest/yaml_tree.h"
-#include "check/utf8.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

@@ -78,6 +78,7 @@ void require_sound(const ReadMesh& read) {
   for (const Vec3& p : mesh.positions) require(p.allFinite(), "coordinates are finite");
   const auto valid = validate(mesh, MeshLimits{limits().max_vertices, limits().max_triangles}, "a");
   require(valid.ok(), "validate() agrees", valid ? "" : valid.error().message);
+  require(is_valid(read.groups, mesh.triangles.size()), "groups are of the mesh's triangles");
 }
 
 void require_refusal(const Error& error) {

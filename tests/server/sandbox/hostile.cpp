@@ -186,6 +186,15 @@ Error no_triangles() {
 
 Error nothing() { say(claim(0, 0)); }
 
+Error wrong_groups() {
+  put(kTriangle);
+  const std::string groups = encode(api::Groups{{{"a", {{0, 2}}}}});
+  std::memcpy(window() + slot_of(2), groups.data(), groups.size());
+  say(encode(Reply(Arrays{api::Format::obj, {}, 3, 1, groups.size()})));
+}
+
+Error far_too_long_groups() { say(encode(Reply(Arrays{api::Format::obj, {}, 3, 1, kMostEncodedGroups + 1}))); }
+
 Error too_many() { say(claim(std::uint64_t{1} << 40, 1)); }
 
 // More than there are addresses.
@@ -305,6 +314,8 @@ constexpr Misdeed kMisdeeds[] = {
     {"not finite", not_finite},
     {"no triangles", no_triangles},
     {"nothing", nothing},
+    {"wrong groups", wrong_groups},
+    {"far too long groups", far_too_long_groups},
     {"too many", too_many},
     {"far too many", far_too_many},
     {"overflow", overflow},

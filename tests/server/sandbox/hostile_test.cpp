@@ -118,8 +118,9 @@ TEST_CASE("hostile: an untrue reply is refused") {
   Sandbox sandbox;
   sandbox.start();
   std::uint64_t untrue = 0;
-  for (const std::string_view lie : {"wrong index", "not finite", "no triangles", "nothing", "too many", "overflow",
-                                     "format", "error code", "out of time", "bad request", "rubbish", "long message"}) {
+  for (const std::string_view lie :
+       {"wrong index", "not finite", "no triangles", "nothing", "too many", "overflow", "format", "error code",
+        "out of time", "bad request", "rubbish", "long message", "wrong groups", "far too long groups"}) {
     CAPTURE(lie);
     check_refused(sandbox.read(lie), ErrorCode::unreadable_mesh);
     CHECK(sandbox.pool.counters()[End::untrue] == ++untrue);

@@ -42,6 +42,7 @@ void check_same(const Result<api::LoadedMesh>& here, const Result<api::LoadedMes
   CHECK(here->notes.unit == there->notes.unit);
   CHECK(here->notes.filename_says == there->notes.filename_says);
   CHECK(here->notes.media_type_says == there->notes.media_type_says);
+  CHECK(here->groups == there->groups);
   CHECK(here->sha256 == there->sha256);
 }
 
@@ -57,6 +58,7 @@ TEST_CASE("pool: a mesh equals the one read in this process") {
       "solid x\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
       "facet normal 0 0 0\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n",
       "v 0 0 0\nv 1 0 0\n",
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\ng a b\nf 1 2 3\ng b\nf 1 2 3\n",
   };
   for (const std::string_view file : files) {
     const auto here = api::load({"a", std::as_bytes(std::span(file)), "a.obj", ""}, {});

@@ -24,7 +24,7 @@ api::ReadNotes notes() {
   return notes;
 }
 
-const Reply kMesh = Arrays{api::Format::ply, notes(), 1'000'000'000'000, 12};
+const Reply kMesh = Arrays{api::Format::ply, notes(), 1'000'000'000'000, 12, 99};
 const Reply kError = Error{ErrorCode::non_finite_vertex, "line 3 of 'a': no", "a", "line 3"};
 
 }  // namespace
@@ -46,6 +46,7 @@ TEST_CASE("protocol: messages round-trip") {
   CHECK(!(*mesh)->notes.media_type_says);
   CHECK((*mesh)->vertices == 1'000'000'000'000);
   CHECK((*mesh)->triangles == 12);
+  CHECK((*mesh)->group_bytes == 99);
 
   const auto error = decode_reply(encode(kError));
   REQUIRE((error && !*error));
@@ -76,6 +77,24 @@ TEST_CASE("protocol: messages round-trip") {
   CHECK(trial->limits == "no limits");
   CHECK(trial->filter.empty());
   CHECK(trial->small == "too large");
+}
+
+TEST_CASE("protocol: groups round-trip, and no other bytes are some") {
+  const api::Groups groups{{{"a", {{0, 3}, {5, 12}}}, {"b", {{2, 4}}}}, false};
+  const std::string whole = encode(groups);
+  CHECK(decode_groups(whole, 12) == groups);
+  CHECK(!decode_groups(whole, 11));
+  CHECK(decode_groups(encode(api::Groups{{}, true}), 1)->too_many);
+  for (std::size_t length = 0; length < whole.size(); ++length) CHECK(!decode_groups(whole.substr(0, length), 12));
+  CHECK(!decode_groups(whole + '\0', 12));
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    for (int value = 0; value < 256; ++value) {
+      std::string changed = whole;
+      changed[i] = static_cast<char>(value);
+      const auto decoded = decode_groups(changed, 12);
+      if (decoded) CHECK(is_valid(*decoded, 12));
+    }
+  }
 }
 
 TEST_CASE("protocol: a reader cannot send the server's own error codes") {

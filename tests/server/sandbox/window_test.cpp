@@ -16,14 +16,14 @@ TEST_CASE("window: two arrays travel in pieces that fit a slot, one after the ot
       const std::vector<char> b(second, 'b');
       std::string come;
       std::uint64_t pieces = 0;
-      CHECK(for_each_piece(std::span(a), std::span(b), [&](std::uint64_t number, std::span<const char> piece) {
+      CHECK(for_each_piece({std::span(a), std::span(b)}, [&](std::uint64_t number, std::span<const char> piece) {
         CHECK(number == pieces++);
         CHECK(piece.size() <= kSlotBytes);
         come.append(piece.data(), piece.size());
         return true;
       }));
       CHECK(come == std::string(first, 'a') + std::string(second, 'b'));
-      CHECK(count_pieces(first, second) == pieces);
+      CHECK(count_pieces({first, second}) == pieces);
     }
   }
 }
@@ -31,7 +31,7 @@ TEST_CASE("window: two arrays travel in pieces that fit a slot, one after the ot
 TEST_CASE("window: the transfer ends with the first missing piece") {
   const std::vector<char> array(5 * kSlotBytes);
   std::uint64_t pieces = 0;
-  CHECK(!for_each_piece(std::span(array), std::span(array), [&](auto...) { return ++pieces < 3; }));
+  CHECK(!for_each_piece({std::span(array), std::span(array)}, [&](auto...) { return ++pieces < 3; }));
   CHECK(pieces == 3);
 }
 

@@ -49,4 +49,7 @@ test("the regions asked for are those of the result, without what is the gate's"
   assert.match(gatesYaml(result, { a: "a.stl", b: "b.stl" }), /\n {4}regions:\n {6}- \{"name":"bore",.*"max_distance":"0\.4 mm"\}\n {6}- \{"name":"tip"/);
   assert.equal(optionsOf(comparison()).regions, undefined);
   assert.equal(placeOf({ box }), JSON.stringify(box));
+  assert.equal(placeOf({ group: "Lid" }), "Lid");
+  const { box: _, ...place } = region("lid", 0.1, 0.2, "pass", 0.2);
+  assert.deepEqual(regionsAsked(comparison({ gate: gate(0.2), regions: [{ ...place, group: "Lid" }, rest] })), [{ name: "lid", group: "Lid" }]);
 });

@@ -8,9 +8,9 @@ const rest = "rest";
 
 export const regionName = ({ name }: Pick<Region, "name">): string => (name === rest ? "The rest" : name);
 
-/** Where a region lies, in the numbers of the request; "": the rest. */
-export function placeOf({ box, sphere }: Pick<Region, "box" | "sphere">): string {
-  return box || sphere ? JSON.stringify(box ?? sphere) : "";
+/** Where a region lies, in the numbers of the request, or its group's name; "": the rest. */
+export function placeOf({ box, sphere, group }: Pick<Region, "box" | "sphere" | "group">): string {
+  return box || sphere ? JSON.stringify(box ?? sphere) : (group ?? "");
 }
 
 /** The result as if only the rest had been measured, which `max_distance` of the gate limits; without regions as it is. */
@@ -45,10 +45,11 @@ function sentenceOf(region: Region, units: string): string {
 /** The regions as they were asked for: without those that have the gate's limit. */
 export function regionsAsked({ regions, gate }: Comparison) {
   const asked = regions?.filter(({ name }) => name !== rest) ?? [];
-  return asked.map(({ name, box, sphere, max_distance }) => ({
+  return asked.map(({ name, box, sphere, group, max_distance }) => ({
     name,
     ...(box ? { box } : {}),
     ...(sphere ? { sphere } : {}),
+    ...(group ? { group } : {}),
     ...(max_distance === undefined || max_distance === gate?.max_distance ? {} : { max_distance }),
   }));
 }

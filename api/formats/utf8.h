@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace meshgauge::check {
+namespace meshgauge {
 
 struct Character {
   std::uint32_t code = 0;
@@ -21,8 +21,11 @@ std::size_t find_not_utf8(std::string_view text);
 
 inline bool is_utf8(std::string_view text) { return find_not_utf8(text) == std::string_view::npos; }
 
+// Whether `c` continues a character: a text may not be cut before it.
+inline bool is_within_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80; }
+
 // Whether `c` is an ASCII control character, which names and labels must not contain.
 inline bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 std::size_t find_control(std::string_view text);  // position of the first one; npos: there is none
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge

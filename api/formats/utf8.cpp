@@ -1,9 +1,9 @@
-#include "check/utf8.h"
+#include "api/formats/utf8.h"
 
 #include <algorithm>
 #include <array>
 
-namespace meshgauge::check {
+namespace meshgauge {
 
 Character decode(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
@@ -35,4 +35,4 @@ std::size_t find_control(std::string_view text) {
   return found == text.end() ? std::string_view::npos : static_cast<std::size_t>(found - text.begin());
 }
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge
