@@ -85,7 +85,7 @@ bool has(const Region& region, std::size_t triangle) {
   return group && group->has(triangle);
 }
 
-// Of a region, or behind them of the rest.
+// The bracket of a region, or with i = regions.size() that of the rest.
 oracle::RegionBracket bracket_of(const fuzz::Pair& pair, std::span<const Region> regions, std::size_t i,
                                  long double slack) {
   if (i < regions.size() && !regions[i].is_group())
