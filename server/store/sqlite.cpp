@@ -32,11 +32,15 @@ SQLite::Statement& Connection::prepared(const char* sql) {
   if (found != statements_.end()) return found->second;
   std::string numbered(sql);
   std::replace(numbered.begin(), numbered.end(), '$', '?');  // SQLite gives $2 the next number, and ?2 the second
-  return statements_.emplace(sql, SQLite::Statement(database_, numbered)).first->second;
+  return statements_.emplace(sql, noted([&] { return SQLite::Statement(database_, numbered); })).first->second;
+}
+
+void Connection::execute(const char* sql) {
+  noted([&] { database_.exec(sql); });
 }
 
 std::int64_t Connection::pragma(const char* name) {
-  return database_.execAndGet(std::string("PRAGMA ") + name).getInt64();
+  return noted([&] { return database_.execAndGet(std::string("PRAGMA ") + name).getInt64(); });
 }
 
 bool Connection::in_transaction() const { return sqlite3_get_autocommit(database_.getHandle()) == 0; }
@@ -64,6 +68,8 @@ Error to_error(const SQLite::Exception& exception, const std::string& path, int 
     case SQLITE_LOCKED:
       return {ErrorCode::storage_unavailable, what + "is locked by another program" + text, "", ""};
     case SQLITE_CORRUPT:
+      if (system_error == EIO) return storage_error(system_error, what + "cannot be read");
+      [[fallthrough]];
     case SQLITE_NOTADB:
       return {ErrorCode::internal, what + "is damaged" + text, "", ""};
     default:
@@ -77,13 +83,7 @@ Query::~Query() {
 }
 
 bool Query::next() {
-  errno = 0;  // when a write fails, the reason is in errno
-  try {
-    return statement_.executeStep();
-  } catch (const SQLite::Exception&) {
-    connection_.failed_with(errno);
-    throw;
-  }
+  return connection_.noted([this] { return statement_.executeStep(); });
 }
 
 std::uint64_t Query::run() {

@@ -2,6 +2,7 @@
 // throw SQLite::Exception; to_error() makes an Error of it. One thread at a time may use a connection.
 #pragma once
 
+#include <cerrno>
 #include <concepts>
 #include <cstdint>
 #include <map>
@@ -31,17 +32,30 @@ class Connection {
   Query query(const char* sql, const Values&... values);
 
   SQLite::Statement& prepared(const char* sql);
-  void execute(const char* sql) { database_.exec(sql); }
+  void execute(const char* sql);
   void wait_for_locks() { database_.setBusyTimeout(kBusyTimeoutMs); }  // as at the start
   std::int64_t pragma(const char* name);                               // precondition: its value is a number
   bool in_transaction() const;  // SQLite ends a transaction by itself after some errors
 
   const std::string& path() const { return database_.getFilename(); }
-  // Precondition: this connection's newest query threw the exception.
+  // Precondition: the newest call of this connection or its queries threw the exception.
   Error to_error(const SQLite::Exception& exception) const;
-  void failed_with(int system_error) { system_error_ = system_error; }
 
  private:
+  friend class Query;
+
+  // Calls it, and keeps errno, which has the reason of an exception.
+  template <class Call>
+  auto noted(Call call) {
+    errno = 0;
+    try {
+      return call();
+    } catch (const SQLite::Exception&) {
+      system_error_ = errno;
+      throw;
+    }
+  }
+
   static constexpr int kBusyTimeoutMs = 5000;  // no other process writes, but a backup may hold a lock
 
   SQLite::Database database_;

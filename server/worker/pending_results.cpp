@@ -85,7 +85,7 @@ void PendingResults::deliver_in_background() {
       pause = settings_.first_pause;
       continue;
     }
-    waiting_.insert(waiting_.begin(), std::make_move_iterator(group.begin()), std::make_move_iterator(group.end()));
+    waiting_.insert(waiting_.end(), std::make_move_iterator(group.begin()), std::make_move_iterator(group.end()));
     if (pause == settings_.first_pause)
       log_event("store", std::to_string(unsettled_) + " ended jobs wait for the store");
     if (hurry_) pause = settings_.first_pause;
@@ -154,12 +154,14 @@ std::optional<Error> PendingResults::give_back(const PendingResult& delivery) {
   return std::nullopt;
 }
 
-// Stores the results one by one, so that one which the store cannot take does not block the others. That job is handed
-// back, which counts as a failure, so it ends after some tries. On an error that may pass the rest of the group stays.
+// Stores the results one by one, so that one which the store does not take blocks no other. That job is handed back,
+// which counts as a failure, so it ends after some tries. Returns the last error, after which some of the group stays.
 std::optional<Error> PendingResults::one_by_one(Group& group) {
-  while (!group.empty()) {
+  std::optional<Error> last;
+  std::size_t left = 0;  // results that the store did not take
+  while (left < group.size()) {
     Group single;
-    single.push_back(group.front());
+    single.push_back(group[left]);
     auto error = single.front().ending ? store_endings(single) : give_back(single.front());
     if (error && !may_pass(*error) && single.front().ending) {
       PendingResult back{single.front().job, std::nullopt, std::nullopt,
@@ -167,10 +169,14 @@ std::optional<Error> PendingResults::one_by_one(Group& group) {
       error = give_back(back);
     }
     if (error && may_pass(*error)) return error;
-    if (error) settle(single.front(), Outcome::given_up);
-    group.erase(group.begin());
+    if (error) {
+      last = std::move(error);
+      ++left;
+    } else {
+      group.erase(group.begin() + static_cast<std::ptrdiff_t>(left));
+    }
   }
-  return std::nullopt;
+  return last;
 }
 
 void PendingResults::settle(const PendingResult& delivery, Outcome outcome) {

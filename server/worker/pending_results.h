@@ -1,8 +1,8 @@
 // The ends of a worker's jobs that are to be stored.
 //
 // One thread stores them in groups: the first at once, and those that arrive meanwhile together. So small jobs share
-// the time of one commit, and a single job waits for no other. While the store is away they wait here, and are stored
-// when it is back; an end that may have been stored already is stored again, which changes nothing.
+// the time of one commit, and a single job waits for no other. What the store does not take waits here and is tried
+// again; an end that may have been stored already is stored again, which changes nothing.
 //
 // Thread safe.
 #pragma once
@@ -36,8 +36,7 @@ class PendingResults {
 
   enum class Outcome {
     stored,
-    refused,   // the token is no longer the newest
-    given_up,  // the store would never take it
+    refused,  // the token is no longer the newest
   };
   // Called on the delivering thread, once for each result. Must not wait for results.
   using Delivered = std::function<void(const PendingResult&, Outcome)>;

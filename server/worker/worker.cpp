@@ -270,7 +270,6 @@ void Worker::leave(PendingResult delivery) { results_.add(std::move(delivery)); 
 void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome outcome) {
   const HeldJob& job = *delivery.job;
   const std::string& id = job.live->key.id;
-  if (outcome == PendingResults::Outcome::given_up) log_event("store", "job " + id + ": its end could not be stored");
   if (outcome == PendingResults::Outcome::refused && delivery.ending) {
     metrics_.worker_lease_lost();
     log_event("store", "the result of job " + id + " was refused: its lease had expired");

@@ -3,7 +3,10 @@
 
 #include <atomic>
 #include <functional>
+#include <mutex>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/store/job_store.h"
@@ -20,6 +23,10 @@ class FlakyStore final : public JobStore {
   std::atomic<int> unfinished{0};  // of those, results that could not be stored
   std::atomic<int> finishes{0};    // calls of finish_all()
   std::string refused_document;    // a result with it cannot be stored; empty: none
+  void set_damaged(std::set<std::string> ids) {  // of jobs whose rows cannot be written
+    const std::lock_guard lock(mutex_);
+    damaged_ = std::move(ids);
+  }
   // Called after each stored claim_some(), before its answer. false: the answer is lost. Empty: not called.
   std::function<bool(const std::vector<Claimed>&)> answers_claim;
 
@@ -39,12 +46,14 @@ class FlakyStore final : public JobStore {
     ++finishes;
     unfinished += full.load();
     for (const Finished& finished : endings) {
+      if (is_damaged(finished.token)) return damage();
       if (refused_document.empty() || finished.ending.document != refused_document) continue;
       return Error{ErrorCode::internal, "a document that cannot be kept, says the test", "", ""};
     }
     return written([&] { return behind_.finish_all(endings); });
   }
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override {
+    if (is_damaged(token)) return damage();
     return written([&] { return behind_.hand_back(token, last_error, moment); });
   }
   Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override {
@@ -84,6 +93,15 @@ class FlakyStore final : public JobStore {
   }
 
  private:
+  bool is_damaged(const Token& token) const {
+    const std::lock_guard lock(mutex_);
+    return damaged_.contains(token.key.id);
+  }
+  Error damage() {
+    ++refused;
+    return {ErrorCode::internal, "a damaged row, says the test", "", ""};
+  }
+
   template <class Write>
   auto written(Write write) -> decltype(write()) {
     if (!full) return write();
@@ -92,6 +110,8 @@ class FlakyStore final : public JobStore {
   }
 
   JobStore& behind_;
+  mutable std::mutex mutex_;
+  std::set<std::string> damaged_;
 };
 
 }  // namespace meshgauge::server::store

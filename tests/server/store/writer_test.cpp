@@ -1,10 +1,13 @@
 #include "server/store/writer.h"
 
 #include <atomic>
+#include <cerrno>
 #include <fstream>
 #include <set>
 #include <stdexcept>
 #include <thread>
+
+#include <sqlite3.h>
 
 #include "implementations.h"
 #include "server/store/readers.h"
@@ -119,6 +122,14 @@ TEST_CASE("writer: a database locked by another process is an error until it is 
   CHECK(added.error().message.find("locked") != std::string::npos);
   other.execute("ROLLBACK");
   CHECK(got(table.add(1)) == 1);
+}
+
+TEST_CASE("sqlite: a read that failed may pass, a damaged database does not") {
+  const SQLite::Exception malformed("database disk image is malformed", SQLITE_CORRUPT);  // of both
+  CHECK(to_error(malformed, "x.sqlite", EIO).code == ErrorCode::storage_unavailable);
+  CHECK(to_error(malformed, "x.sqlite", EIO).message ==
+        "the database 'x.sqlite' cannot be read: Input/output error");
+  CHECK(to_error(malformed, "x.sqlite").code == ErrorCode::internal);
 }
 
 TEST_CASE("readers: more threads than connections, and an error loses no connection") {

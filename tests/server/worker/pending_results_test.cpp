@@ -110,6 +110,27 @@ TEST_CASE("pending results: an end that the store can never take counts against 
   CHECK(row.last_error.find("its end could not be stored") != std::string::npos);
 }
 
+TEST_CASE("pending results: what the store takes neither as an end nor back is kept, and blocks no other") {
+  Kept kept;
+  Delivered delivered;
+  const auto damaged = claimed(kept, "damaged");
+  const auto back = claimed(kept, "back");
+  kept.jobs.set_damaged({"damaged", "back"});
+  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  results.add(done(damaged));
+  results.add({back, std::nullopt, std::nullopt, ""});
+  REQUIRE(eventually([&] { return kept.jobs.refused >= 6; }));  // each more than once
+  const auto other = claimed(kept, "other");
+  results.add(done(other));
+  REQUIRE(eventually([&] { return has_state(kept, other->live->key, JobState::done); }));
+  CHECK(results.waiting() >= 2);
+  kept.jobs.set_damaged({});
+  results.hurry();
+  REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
+  CHECK(has_state(kept, damaged->live->key, JobState::done));
+  CHECK(has_state(kept, back->live->key, JobState::queued));
+}
+
 TEST_CASE("pending results: out of memory, those that are not settled are tried again, the others are not") {
   Kept kept;
   Delivered delivered;
