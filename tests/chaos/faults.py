@@ -172,6 +172,7 @@ class Campaign:
         self.user = User(self.ledger, seed)
         self.deaths, self.reached, self.unreached, self.silent = [], set(), set(), 0
         self.quiet_faults = 0
+        self.newest = self.waits_for = None
         self.server = self.other = None
         if database:
             self.other = self.run({"serve": "worker", "worker": "serve"}[fails])
@@ -180,7 +181,7 @@ class Campaign:
     def run(self, command):
         store = ("--database", self.database.url(), "--lease-ms", "4000", "--heartbeat-ms", "500") if self.database else ()
         return Victim("--data-dir", str(self.folder / ("data-" + command)), "--temp-dir", str(self.folder / "tmp"), *store,
-                      "--workers", "2", "--max-cache-bytes", "1000000", "--grace-ms", "2000", command=command)
+                      "--workers", "2", "--max-cache-bytes", "1000000", "--grace-ms", "2000", "--log-requests", "none", command=command)
 
     def start(self):
         victim.ENVIRONMENT.update(LD_PRELOAD=SHIM, MESHGAUGE_FAULTS=str(self.faults.path))
@@ -220,19 +221,20 @@ class Campaign:
 
     def settle(self):
         """Waits until the service is well again, and checks every promise of the last steps."""
-        port = self.port
+        port, self.waits_for = self.port, "readiness"
         try:
             until(lambda: ask(port, "GET", "/readyz").status == 200, 30)
             for identity, job in list(self.ledger.jobs.items())[-12:]:
                 if job.state == "accepted":
+                    self.waits_for = "the job " + identity
                     until(lambda: self.has_ended(identity, job), 30)
             for identity, state in list(self.ledger.meshes.items())[-6:]:
                 self.check_mesh(identity, state)
         except AssertionError:
-            self.ledger.violated("it does not recover: %s" % "".join(self.server.log[-3:]))
+            self.ledger.violated("it does not recover from %s: %s\n%s" % (self.newest_failure(), self.waits_for, "".join(self.server.log[-5:])))
         except Gone:
             if self.server.process.poll() is None:
-                self.ledger.violated("no answer though nothing fails: %s" % "".join(self.server.log[-3:]))
+                self.ledger.violated("no answer though nothing fails, after %s: %s" % (self.newest_failure(), "".join(self.server.log[-5:])))
 
     def has_ended(self, identity, job):
         answer = ask(self.port, "GET", "/v1/comparisons/" + identity)
@@ -246,7 +248,8 @@ class Campaign:
 
     def strike(self, kind, lasting, after=0, place=0):
         """One failure, or many from one on, under the load; returns how many there were."""
-        lines, refusals = len(self.server.log), self.refusals()
+        lines, refusals = self.server.lines, self.refusals()
+        self.newest = kind, lasting, after, place
         self.faults.fail(kind, lasting, after, place)
         if kind == "connect" and self.database:
             self.database.query(CUT_CONNECTIONS)
@@ -254,22 +257,27 @@ class Campaign:
         self.silent += self.user.walk(self.port, 1 if kind == "allocation" else 2)
         victim.ANSWER_SECONDS = ANSWER_SECONDS
         failed = self.faults.lift()
-        if failed and self.refusals() == refusals and self.server.log[lines:] == []:
+        if failed and self.refusals() == refusals and self.server.lines == lines:
             self.quiet_faults += 1
         if self.server.process.poll() is None:
             self.settle()
         if self.server.process.poll() is not None:
-            self.bury(kind, lasting, after, place)
+            self.bury()
         return failed
 
     def refusals(self):
         return sum(self.ledger.counts.get(name, 0) for name in ("refused", "honest", "failed honestly"))
 
-    def bury(self, kind, lasting, after, place):
-        what = "%s %s %s" % (kind, "lasting" if lasting else "once", self.name_of(place) if place else "call %d" % after)
+    def newest_failure(self):
+        if not self.newest:
+            return "nothing"
+        kind, lasting, after, place = self.newest
+        return "%s %s %s" % (kind, "lasting" if lasting else "once", self.name_of(place) if place else "call %d" % after)
+
+    def bury(self):
         self.server.reader.join()
         log = "".join(self.stack())
-        self.deaths.append("%s: exit %s\n%s" % (what, self.server.process.returncode, log))
+        self.deaths.append("%s: exit %s\n%s" % (self.newest_failure(), self.server.process.returncode, log))
         print("DEATH: " + self.deaths[-1], flush=True)
         self.start()
         self.settle()

@@ -21,11 +21,11 @@ class Gone(Exception):
 
 
 class Victim:
-    """One process of the service. `log`: its newest lines, which are read while `read_on` is set."""
+    """One process of the service. `log`: its newest lines, which are read while `read_on` is set; `lines`: how many there were."""
 
     def __init__(self, *flags, command="serve"):
         self.process = subprocess.Popen([BINARY, command, "--port", "0", *flags], stderr=subprocess.PIPE, env=ENVIRONMENT)
-        self.log = []
+        self.log, self.lines = [], 0
         self.read_on = threading.Event()
         self.read_on.set()
         before = b""
@@ -49,6 +49,7 @@ class Victim:
     def _read(self):
         for line in self.process.stderr:
             self.log = self.log[-200:] + [line.decode()]
+            self.lines += 1
             self.read_on.wait()
 
     def kill(self):
