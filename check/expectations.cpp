@@ -9,6 +9,7 @@
 #include "check/html/figures.h"
 #include "check/outcome.h"
 #include "check/text.h"
+#include "engine/rounding.h"
 
 namespace meshgauge::check {
 namespace {
@@ -17,9 +18,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFoundDigits = 10;
 constexpr double kNoEnd = std::numeric_limits<double>::infinity();
-
-double rounded_down(double x) { return std::nextafter(x, -kNoEnd); }
-double rounded_up(double x) { return std::nextafter(x, kNoEnd); }
 
 struct Found {
   double lower = 0;
@@ -52,12 +50,12 @@ Verdict verdict_in(const Found& found, const Span& span) {
 
 // Whether |found - of| <= share * |of|, for all or for no numbers of the two intervals.
 Verdict verdict_within(const Found& found, const Found& of, double share) {
-  const Found difference{rounded_down(found.lower - of.upper), rounded_up(found.upper - of.lower)};
+  const Found difference{rounding::down(found.lower - of.upper), rounding::up(found.upper - of.lower)};
   const double most = std::max(-difference.lower, difference.upper);
   const double least = std::max({difference.lower, -difference.upper, 0.0});
   const double smallest = std::max({of.lower, -of.upper, 0.0}), largest = std::max(-of.lower, of.upper);
-  if (most <= rounded_down(share * smallest)) return Verdict::pass;
-  return least > rounded_up(share * largest) ? Verdict::fail : Verdict::undecided;
+  if (most <= rounding::down(share * smallest)) return Verdict::pass;
+  return least > rounding::up(share * largest) ? Verdict::fail : Verdict::undecided;
 }
 
 std::string in_figures(double number, const std::string& unit) {

@@ -6,11 +6,14 @@
 
 namespace meshgauge::rounding {
 
+double down(double x) { return std::nextafter(x, -std::numeric_limits<double>::infinity()); }
+double up(double x) { return std::nextafter(x, std::numeric_limits<double>::infinity()); }
+
 // ldexp is exact unless the result is subnormal; then it rounds to nearest, and scaling back, which is exact, shows in
 // which direction.
 double scale_up(double x, int exponent) {
   const double scaled = std::ldexp(x, exponent);
-  return std::ldexp(scaled, -exponent) < x ? std::nextafter(scaled, std::numeric_limits<double>::infinity()) : scaled;
+  return std::ldexp(scaled, -exponent) < x ? up(scaled) : scaled;
 }
 
 double scale_down(double x, int exponent) {
@@ -19,11 +22,9 @@ double scale_down(double x, int exponent) {
 }
 
 // A rounded sum is at most one neighbour away from the exact one.
-double add_up(double a, double b) { return std::nextafter(a + b, std::numeric_limits<double>::infinity()); }
+double add_up(double a, double b) { return up(a + b); }
 
-double subtract_down(double a, double b) {
-  return std::max(0.0, std::nextafter(a - b, -std::numeric_limits<double>::infinity()));
-}
+double subtract_down(double a, double b) { return std::max(0.0, down(a - b)); }
 
 float float_up(double x) {
   const auto f = static_cast<float>(x);

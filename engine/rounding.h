@@ -251,6 +251,10 @@ inline double motion_error(double largest, bool products_are_exact, double befor
   return before == 0 && of_rounding == 0 ? 0 : (of_rounding + before) * (1 + 0x1p-40) + 0x1p-1072;
 }
 
+// Return the next number below x and above x: a rounded result moved away from the exact one.
+double down(double x);
+double up(double x);
+
 // Return x * 2^exponent, rounded towards +infinity or towards zero. Precondition: x >= 0; x and the result are finite.
 double scale_up(double x, int exponent);
 double scale_down(double x, int exponent);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "engine/index_table.h"
@@ -14,11 +13,8 @@ namespace meshgauge {
 namespace {
 
 constexpr std::uint32_t kNone = IndexTable::kNone;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double down(double x) { return std::nextafter(x, -kInfinity); }
-double up(double x) { return std::nextafter(x, kInfinity); }
-
+using rounding::down;
+using rounding::up;
 using Vertices = LargeArray<std::uint32_t>;
 
 // Returns for each vertex that a triangle uses the first one at its position, else kNone. Empty: interrupted.

@@ -3,9 +3,10 @@
 
 usage: run.py [--check] [--only TEXT ...] [--jobs N] [--markdown]
 
-Each mutation replaces one exact piece of text in a copy of the sources, builds engine_tests and fuzz_certify (fuzz_areas for
-those of the areas), and runs them. A mutation that survives or does not compile makes the run fail; so does, before anything is built, one of the whole list that no
-longer applies. docs/mutations.md records the last full run.
+Each mutation replaces one exact piece of text in a copy of the sources, builds engine_tests and the campaigns of tests/fuzz,
+and runs the campaign that its description names (fuzz_certify: none), then the tests. A mutation that survives or does not
+compile makes the run fail; so does, before anything is built, one of the whole list that no longer applies. docs/mutations.md
+records the last full run.
 """
 import argparse
 import collections
@@ -20,8 +21,13 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SECONDS = "25"  # of fuzz_certify on one thread; the unmutated engine passes hundreds of thousands of pairs
-AREA_PAIRS = "3000"
+# By how the description begins. The unmutated engine passes hundreds of thousands of pairs.
+CAMPAIGNS = {
+    "": ["fuzz_certify", "--seconds", "25", "--threads", "1"],
+    "areas:": ["fuzz_areas", "--pairs", "3000"],
+    "sides:": ["fuzz_sides", "--pairs", "2000"],
+    "regions:": ["fuzz_regions", "--pairs", "2000"],
+}
 
 # what it breaks, file, text, replacement
 MUTATIONS = [
@@ -44,7 +50,7 @@ MUTATIONS = [
     ("the lower bound is scaled back to nearest", "engine/rounding.cpp",
      "> x ? std::nextafter(scaled, 0.0) : scaled", "> x ? scaled : scaled"),
     ("the upper bound is scaled back to nearest", "engine/rounding.cpp",
-     "< x ? std::nextafter(scaled, std::numeric_limits<double>::infinity()) : scaled", "< x ? scaled : scaled"),
+     "< x ? up(scaled) : scaled", "< x ? scaled : scaled"),
     # culling and accounting
     ("the cull loses the bounds that it drops", "engine/search.h",
      "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
@@ -147,6 +153,32 @@ MUTATIONS = [
      "part.weight * (second ? 1 - cut.at : cut.at)", "part.weight / 2"),
     ("areas: a quantile is sought by a smaller share", "engine/area/quantile.cpp",
      "share(sum).upper <= 1 - p - kRound", "share(sum).upper <= 1 - 0.9 * p - kRound"),
+    # sides
+    ("sides: a ray passes what lies behind its start", "engine/area/winding.cpp", "  if ((towards > 0) != ray.up) return 0;\n", ""),
+    ("sides: a passing has no direction", "engine/area/winding.cpp", "return ray.up ? least : -least;", "return least * least;"),
+    ("sides: a ray skips boxes a little too early", "engine/area/winding.cpp",
+     "std::min(a, b) <= high + kWide", "std::min(a, b) <= high - 0.01"),
+    ("sides: a part that may cross B has the side of a corner", "engine/area/side_search.cpp",
+     "if (low[highest] > 0) part.side", "part.side"),
+    ("sides: the other side is bounded by the corners alone", "engine/area/side_search.cpp",
+     "found = std::max(found, high[i] + at * (high[j] - high[i]) + rounding::kCutValueSlack);", "(void)at;"),
+    ("sides: the bounds of closed parts are lost", "engine/area/side_search.cpp",
+     "std::max(closed_[side], upper[side])", "std::max(closed_[side], 0 * upper[side])"),
+    # regions
+    ("regions: a ball's outer plane is too near", "engine/clipping.cpp",
+     "sphere.centre, r * (1 + kSlack), -1}", "sphere.centre, r * (1 - 0x1p-6), -1}"),
+    ("regions: a ball's inner plane touches it", "engine/clipping.cpp", "inner.offset = chord;", "inner.offset = chord < r ? r : 0;"),
+    ("regions: what may belong to a part does not count", "engine/region_stage.cpp",
+     "    bounds.upper = std::max(bounds.upper, doubtful.upper);  // it may have no point of the part\n", "    (void)doubtful;\n"),
+    ("regions: the rest loses what lies beyond a side of a box", "engine/clipping.cpp",
+     "if (keep_ == Keep::outside) emit(beyond(pieces, side), out);", "if (keep_ == Keep::outside && f > 0) emit(beyond(pieces, side), out);"),
+    ("regions: the gap between two copies does not count", "engine/clipping.cpp",
+     "sure.err(wide <= resolution ? rounding::add_up(wide, moved) : moved);", "sure.err(moved);"),
+    # moved meshes
+    ("the rounding of a moved corner's products does not count", "engine/rigid.cpp", "lost += off + sum.error;", "lost += sum.error;"),
+    ("the rounding of a moved corner does not count", "engine/rigid.cpp",
+     "std::abs(last.error) + rounding::kMotionSlack * size", "0 * std::abs(last.error)"),
+    ("the error of a mesh before it was moved is lost", "engine/rounding.h", "(of_rounding + before) * (1 + 0x1p-40)", "of_rounding * (1 + 0x1p-40)"),
 ]
 
 
@@ -154,15 +186,18 @@ def run(command, **kwargs):
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, **kwargs)
 
 
-def caught_by(build, in_full=False, areas=False):
-    """The first test that fails with its message, or None. The whole run: a campaign goes on after its first violation."""
-    fuzz = ["tests/fuzz/fuzz_certify", "--seconds", SECONDS, "--threads", "1"] + ["--keep-going"] * in_full
-    if areas:
-        fuzz = ["tests/fuzz/fuzz_areas", "--pairs", AREA_PAIRS]
-    for command, figures in ((fuzz, figures_of_campaign), (["tests/engine/engine_tests"], figures_of_tests)):
-        name = pathlib.Path(command[0]).name
+def campaign_of(what):
+    return next(CAMPAIGNS[begin] for begin in sorted(CAMPAIGNS, reverse=True) if what.startswith(begin))
+
+
+def caught_by(build, campaign, in_full=False):
+    """The first test that fails with its message, or None. The whole run: fuzz_certify goes on after its first violation."""
+    keeps_going = in_full and campaign == CAMPAIGNS[""]
+    for folder, command, figures in (("fuzz", campaign + ["--keep-going"] * keeps_going, figures_of_campaign),
+                                     ("engine", ["engine_tests"], figures_of_tests)):
+        name = command[0]
         try:
-            done = run([str(build / command[0])] + command[1:], cwd=build, timeout=600)
+            done = run([str(build / "tests" / folder / name)] + command[1:], cwd=build, timeout=600)
         except subprocess.TimeoutExpired:
             return name, "", "does not end"
         if done.returncode != 0:
@@ -172,7 +207,7 @@ def caught_by(build, in_full=False, areas=False):
 
 def figures_of_campaign(text):
     """How many pairs, and how many violations of each kind."""
-    violations = collections.Counter(re.findall(r"^VIOLATION of '(\w+)'", text, re.M))  # fuzz_areas ends at its first
+    violations = collections.Counter(re.findall(r"^VIOLATION of '(\w+)'", text, re.M))  # the others end at their first
     for count, kind in re.findall(r"^(\d+) violations of (\w+)", text, re.M):
         violations[kind] += int(count)
     pairs = re.findall(r"(\d+) pairs ", text)
@@ -196,7 +231,7 @@ class Tree:
 
     def built(self):
         return run(["cmake", "--build", str(self.build), "--parallel", self.compilers,
-                    "--target", "engine_tests", "fuzz_certify", "fuzz_areas"])
+                    "--target", "engine_tests", *(campaign[0] for campaign in CAMPAIGNS.values())])
 
     def verdict(self, mutation, in_full):
         """What notices the mutation, after how many pairs, and how; in capitals: nothing did."""
@@ -205,7 +240,7 @@ class Tree:
         original = path.read_text()
         path.write_text(original.replace(text, replacement))
         failed = self.built().returncode
-        found = ("DOES NOT COMPILE", "", "") if failed else caught_by(self.build, in_full, what.startswith("areas:"))
+        found = ("DOES NOT COMPILE", "", "") if failed else caught_by(self.build, campaign_of(what), in_full)
         path.write_text(original)
         return found or ("SURVIVES", "", "")
 
@@ -218,7 +253,7 @@ def trees_in(folder, jobs):
             if done.returncode != 0:
                 sys.exit("it does not build without any mutation\n" + done.stdout[-3000:])
             free.put(tree)
-    if found := caught_by(trees[0].build):
+    if found := caught_by(trees[0].build, CAMPAIGNS[""]):
         sys.exit(f"{found[0]} fails without any mutation: {found[2]}")
     return free
 
