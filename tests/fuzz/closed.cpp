@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "fuzz/dice.h"
 #include "fuzz/kinds.h"
 #include "shapes.h"
