@@ -5,10 +5,12 @@
 namespace meshgauge::api {
 
 void write_deviation_csv(const DeviationMap& map, std::ostream& out) {
-  out << "x,y,z,distance\n";
+  out << (map.sides.empty() ? "x,y,z,distance\n" : "x,y,z,distance,signed_distance\n");
   for (std::size_t v = 0; v < map.mesh.positions.size(); ++v) {
     for (const double x : map.mesh.positions[v]) out << shortest(x) << ',';
-    out << shortest(map.distances[v]) << '\n';
+    out << shortest(map.distances[v]);
+    if (!map.sides.empty()) out << ',' << shortest(map.signed_distance(v));
+    out << '\n';
   }
 }
 

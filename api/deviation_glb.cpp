@@ -134,6 +134,10 @@ class Document {
     primitive.attributes["_DISTANCE"] = array<float>(
         mesh.positions.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TARGET_ARRAY_BUFFER,
         [&](std::size_t v) { return static_cast<float>(map_.distances[v]); });
+    if (!map_.sides.empty())
+      primitive.attributes["_SIDE"] =
+          array<float>(mesh.positions.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT,
+                       TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::size_t v) { return static_cast<float>(map_.sides[v]); });
     if (!map_.is_cloud()) primitive.indices = triangles(mesh);
     tinygltf::Material material;
     material.name = "distance";
@@ -241,7 +245,9 @@ class Document {
 };
 
 // Returns the size of the arrays; the rest of the file is a few thousand bytes.
-std::size_t bytes_of(const MeshView& mesh) { return glb_bytes(mesh.positions.size(), mesh.triangles.size()); }
+std::size_t bytes_of(const DeviationMap& map) {
+  return glb_bytes(map.mesh.positions.size(), map.mesh.triangles.size(), !map.sides.empty());
+}
 
 bool is_within_float(const Vec3& p) { return p.cwiseAbs().maxCoeff() <= kMostFloat; }
 
@@ -250,7 +256,7 @@ Error too_large(const std::string& what) {
 }
 
 Result<Done> check(const DeviationMap& map) {
-  if (bytes_of(map.mesh) > (std::size_t{1} << 32) - (std::size_t{1} << 20)) return too_large("it would exceed 4 GiB");
+  if (bytes_of(map) > (std::size_t{1} << 32) - (std::size_t{1} << 20)) return too_large("it would exceed 4 GiB");
   for (std::size_t v = 0; v < map.mesh.positions.size(); ++v) {
     if (is_within_float(map.mesh.positions[v]) && map.distances[v] <= kMostFloat) continue;
     return too_large("vertex " + std::to_string(v) + " is beyond single precision");
@@ -263,8 +269,8 @@ Result<Done> check(const DeviationMap& map) {
 
 }  // namespace
 
-std::size_t glb_bytes(std::size_t vertices, std::size_t triangles) {
-  return vertices * (sizeof(Float3) + sizeof(Colour) + sizeof(float)) + triangles * sizeof(Triangle);
+std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides) {
+  return vertices * (sizeof(Float3) + sizeof(Colour) + (sides ? 2 : 1) * sizeof(float)) + triangles * sizeof(Triangle);
 }
 
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out) {

@@ -12,6 +12,8 @@
 //              The axes are the candidate's own: not rotated to glTF's y-up.
 //   COLOR_0    unsigned short, normalised, RGBA; linear light as glTF 2.0 requires (api/colour_map.h is sRGB)
 //   _DISTANCE  float, the computed distance rounded to nearest
+//   _SIDE      float, with sides alone: 1 outside of the baseline, -1 inside, 0 where neither is proved, since glTF has
+//              no NaN; the signed distance is the product of both
 //
 //   extras of "candidate"
 //   limit | largest          distance of the last colour: a limit, or the largest distance of a vertex
@@ -35,6 +37,6 @@ namespace meshgauge::api {
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out);
 
 // Estimates the size of the file in bytes, to within a few thousand.
-std::size_t glb_bytes(std::size_t vertices, std::size_t triangles);
+std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides = false);
 
 }  // namespace meshgauge::api

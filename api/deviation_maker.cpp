@@ -31,20 +31,23 @@ std::vector<std::uint8_t> ranks(const Deviation& deviations, const ColourScale& 
   return rank;
 }
 
-// Returns `most` points, evenly spread over the file, the farthest one among them; `distances` are reduced to theirs.
-Mesh thinned(MeshView cloud, std::size_t most, std::uint32_t farthest, std::vector<double>& distances) {
-  Mesh fewer;
-  std::vector<double> kept;
-  const std::size_t points = cloud.positions.size();
+// Returns the values at these places; `values` may be empty.
+template <class T>
+std::vector<T> picked(const std::vector<T>& values, const std::vector<std::uint32_t>& places) {
+  std::vector<T> kept;
+  for (std::size_t i = 0; i < places.size() && !values.empty(); ++i) kept.push_back(values[places[i]]);
+  return kept;
+}
+
+// Returns the numbers of `most` points, evenly spread over the file, the farthest one among them.
+std::vector<std::uint32_t> thinned(std::size_t points, std::size_t most, std::uint32_t farthest) {
+  std::vector<std::uint32_t> kept;
   const std::size_t step = most > 1 ? (points + most - 2) / (most - 1) : points;  // leaves room for the farthest
   for (std::size_t v = 0; v < points; ++v) {
     if (v != farthest && (most == 1 || v % step != 0)) continue;
-    fewer.positions.push_back(cloud.positions[v]);
-    kept.push_back(distances[v]);
+    kept.push_back(static_cast<std::uint32_t>(v));
   }
-  fewer.triangles = points_as_triangles(fewer.positions.size());
-  distances = std::move(kept);
-  return fewer;
+  return kept;
 }
 
 ColourScale scale_of(const ResultFacts& facts, const Deviation& deviations) {
@@ -71,27 +74,31 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
   std::optional<Prepared> display;
   if (form == MapForm::refined) display.emplace(made.shown_);
   auto deviations =
-      deviation(display ? *display : candidate, baseline, {options.threads, options.simd, upper}, control);
+      deviation(display ? *display : candidate, baseline, {options.threads, options.simd, upper, facts.sides}, control);
   if (!deviations) return not_in_time(control.check(), kWhat);
   const ColourScale scale = scale_of(facts, *deviations);
   const bool cloud = is_cloud(candidate.mesh());
+  std::vector<std::uint32_t> source;  // the vertices of a decimated map
   if (form == MapForm::decimated && cloud) {
-    made.distances_ = std::move(deviations->distances);
-    made.shown_ = thinned(candidate.mesh(), options.max_triangles, deviations->farthest, made.distances_);
+    source = thinned(candidate.mesh().positions.size(), options.max_triangles, deviations->farthest);
+    for (const std::uint32_t v : source) made.shown_.positions.push_back(candidate.mesh().positions[v]);
+    made.shown_.triangles = points_as_triangles(source.size());
   } else if (form == MapForm::decimated) {
     auto fewer = decimated(candidate.mesh(), {options.max_triangles, ranks(*deviations, scale)}, stopped);
     if (!fewer) return not_in_time(control.check(), kWhat);
     made.shown_ = std::move(fewer->mesh);
-    for (const std::uint32_t vertex : fewer->source) made.distances_.push_back(deviations->distances[vertex]);
-  } else {
-    made.distances_ = std::move(deviations->distances);
+    source = std::move(fewer->source);
   }
+  const bool is_whole = form != MapForm::decimated;
+  made.distances_ = is_whole ? std::move(deviations->distances) : picked(deviations->distances, source);
+  made.sides_ = is_whole ? std::move(deviations->sides) : picked(deviations->sides, source);
   const auto& unit = facts.units.result.unit;
   made.map_ = {form == MapForm::as_is ? candidate.mesh() : MeshView(made.shown_),
                form,
                candidate.mesh().positions.size(),
                cloud ? 0 : triangles,
                made.distances_,
+               made.sides_,
                scale,
                unit ? std::string(to_string(*unit)) : std::string(),
                facts.lower,

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -30,12 +32,20 @@ struct DeviationMap {
   std::size_t candidate_vertices = 0;   // counts of the candidate itself, before refining or decimating
   std::size_t candidate_triangles = 0;  // 0: a point cloud
   std::span<const double> distances;    // one per vertex, in the meshes' unit; finite and >= 0 (engine/deviation.h)
+  std::span<const std::int8_t> sides;   // one per vertex, as in engine/deviation.h; empty: without signs
   ColourScale scale;
   std::string units;  // the unit's name; empty: not known
   double lower = 0;   // the certified interval of the comparison
   double upper = 0;
   std::optional<ResultWitness> witness;
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
+
+  // The distance of a vertex, positive outside of the baseline and negative inside; NaN where the side is not proved,
+  // but for a distance of 0. Precondition: there are sides.
+  double signed_distance(std::size_t v) const {
+    if (distances[v] == 0) return 0;
+    return sides[v] == 0 ? std::numeric_limits<double>::quiet_NaN() : sides[v] * distances[v];
+  }
 
   // Whether the mesh is written as points, without triangles.
   bool is_cloud() const { return candidate_triangles == 0; }

@@ -38,6 +38,8 @@ void describe(const DeviationMap& map, Header& header) {
   if (!map.units.empty()) header.comment("unit " + one_line(map.units));
   header.comment((map.scale.limited ? "limit " : "largest ") + shortest(map.scale.top));
   header.comment("certified interval of the measurement " + shortest(map.lower) + " " + shortest(map.upper));
+  if (!map.sides.empty())
+    header.comment("signed_distance is positive outside of the baseline, negative inside, nan where neither is proved");
   if (map.witness) {
     const ResultWitness& w = *map.witness;
     const char* const names[] = {"baseline", "candidate"};
@@ -62,6 +64,7 @@ void write_header(const DeviationMap& map, const std::string& coordinate, std::o
   for (const char* name : {"red", "green", "blue"}) header.line(std::string("property uchar ") + name);
   header.line("property float quality");
   header.line("property double distance");
+  if (!map.sides.empty()) header.line("property double signed_distance");
   if (!map.is_cloud()) {
     header.line("element face " + std::to_string(map.mesh.triangles.size()));
     header.line("property list uchar uint vertex_indices");
@@ -69,7 +72,7 @@ void write_header(const DeviationMap& map, const std::string& coordinate, std::o
   out << header.end();
 }
 
-// A buffer for one element of at most 24 + 3 + 4 + 8 bytes.
+// A buffer for one element of at most 24 + 3 + 4 + 8 + 8 bytes.
 class Record {
  public:
   template <class T>
@@ -80,7 +83,7 @@ class Record {
   void write(std::ostream& out) const { out.write(bytes_, static_cast<std::streamsize>(size_)); }
 
  private:
-  char bytes_[40];
+  char bytes_[48];
   std::size_t size_ = 0;
 };
 
@@ -93,6 +96,7 @@ void write_vertices(const DeviationMap& map, std::ostream& out) {
     record.put(colour_of(distance, map.scale));
     record.put(static_cast<float>(distance));
     record.put(distance);
+    if (!map.sides.empty()) record.put(map.signed_distance(v));
     record.write(out);
   }
 }

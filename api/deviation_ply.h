@@ -4,6 +4,7 @@
 //            red green blue uchar, sRGB (api/colour_map.h)
 //            quality        float, the distance rounded to nearest, under the name that MeshLab reads
 //            distance       double, the computed distance
+//            signed_distance  double, with sides alone: DeviationMap::signed_distance()
 //   face     vertex_indices uchar, uint
 //
 // Header comments describe the numbers, one fact each: limit, unit, certified interval, witness.

@@ -74,6 +74,7 @@ ResultFacts facts_of(const Json& document, Side candidate) {
   facts.lower = document.at("distance").at("lower").get<double>();
   facts.upper = upper_of(document.at("distance"));
   facts.units = unit_plan_of(document);
+  facts.sides = of_a && document.contains("sides");
   facts.has_units = document.contains("unit");
   facts.direction = direction_of(document, of_a ? "a_to_b" : "b_to_a", true);
   const auto other = direction_of(document, of_a ? "b_to_a" : "a_to_b", false);

@@ -43,6 +43,7 @@ struct ResultFacts {
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
   UnitPlan units;                            // of both files; `result` is the unit of every length here
   std::optional<RigidMotion> motion;         // of mesh a before it was measured, in that unit; nullopt: none
+  bool sides = false;                        // whether the candidate's sides of the other mesh were asked for
   bool has_units = false;                    // false: written before version 0.2.0, without units
 };
 

@@ -9,6 +9,7 @@
 #include "api/deviation_glb.h"
 #include "api/deviation_maker.h"
 #include "api/deviation_ply.h"
+#include "api/deviation_vtp.h"
 #include "api/refused.h"
 #include "check/files.h"
 #include "check/manifest/naming.h"
@@ -30,6 +31,7 @@ Result<Done> write_map(const DeviationFile& file, const api::DeviationMap& map, 
   const std::string suffix = suffix_of(file.path);
   if (suffix == ".glb") return api::write_deviation_glb(map, out);
   if (suffix == ".csv") return api::write_deviation_csv(map, out), Done{};
+  if (suffix == ".vtp") return api::write_deviation_vtp(map, out), Done{};
   return api::write_deviation_ply(map, out), Done{};
 }
 
@@ -50,8 +52,10 @@ Result<Done> write_whole(const DeviationFile& file, const api::DeviationMap& map
 
 Result<Done> check_deviation_name(const fs::path& path) {
   const std::string suffix = suffix_of(path);
-  if (suffix == ".ply" || suffix == ".glb" || suffix == ".csv") return Done{};
-  return bad_flag("--deviation", "the file must end in .ply, .glb or .csv, not '" + path.string() + "'");
+  for (const char* known : {".ply", ".glb", ".vtp", ".csv"}) {
+    if (suffix == known) return Done{};
+  }
+  return bad_flag("--deviation", "the file must end in .ply, .glb, .vtp or .csv, not '" + path.string() + "'");
 }
 
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,

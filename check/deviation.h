@@ -20,7 +20,7 @@ enum class Refine {
 };
 
 struct DeviationFile {
-  std::filesystem::path path;  // .ply, .glb or .csv (api/deviation_ply.h and others), in any case
+  std::filesystem::path path;  // .ply, .glb, .vtp or .csv (api/deviation_ply.h and others), in any case
   Refine refine = Refine::by_format;
   unsigned threads = 1;
 };

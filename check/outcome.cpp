@@ -193,8 +193,8 @@ std::string_view to_string(Level level) {
 }
 
 api::ResultFacts facts_of(const Measured& measured) {
-  return {measured.shown,     measured.lower, measured.upper, measured.witness,
-          measured.direction, measured.units, measured.motion};
+  return {measured.shown,     measured.lower, measured.upper,  measured.witness,
+          measured.direction, measured.units, measured.motion, measured.zone.has_value()};
 }
 
 std::vector<Criterion> criteria_of(const Measured& measured) {

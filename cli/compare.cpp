@@ -330,8 +330,9 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--seed", flags->seed, "Another one samples other points; else 1");
   command.add_flag("--topology", flags->topology,
                    "Also examine both meshes: open edges, orientation, components, volume");
-  command.add_option("--deviation", flags->deviation,
-                     "Write A coloured by its distance from B: FILE.ply, .glb or .csv");
+  command.add_option(
+      "--deviation,--map", flags->deviation,
+      "Write A coloured by its distance from B: FILE.ply, .glb, .vtp or .csv; signed with --sides, --zone");
   command.add_flag("--json", flags->json, "Print the result as JSON");
   command.callback([flags, &exit_code] { exit_code = run(*flags); });
 }

@@ -5,9 +5,14 @@
 #include <cmath>
 #include <memory>
 
+#include "engine/area/area_stage.h"
+#include "engine/area/winding.h"
 #include "engine/frame.h"
+#include "engine/measured_pair.h"
 #include "engine/nearest.h"
+#include "engine/rounding.h"
 #include "engine/thread_pool.h"
+#include "engine/topology.h"
 #include "engine/twins.h"
 
 namespace meshgauge {
@@ -22,14 +27,17 @@ class Measuring {
         to_(to),
         kernels_(*find_kernels(options.simd)),
         upper_(options.upper),
+        wants_sides_(options.sides),
         control_(control),
         pool_(std::max(options.threads, 1U)),
-        frame_(joint(from.box(), to.box())) {}
+        frame_(joint(from.box(), to.box())),
+        slack_(rounding::kMinorantSlack + frame_.length_to_frame_up(InputError(from, to).value())) {}
 
   std::optional<Deviation> run() {
     const std::size_t vertices = from_.mesh().positions.size();
     result_.distances.assign(vertices, 0);
     result_.nearest.assign(vertices, Deviation::kNone);
+    if (wants_sides_ && !look_for_sides()) return std::nullopt;
     settle_shared();
     if (stopped() || !(await_vertices() && measure_waiting())) return std::nullopt;
     const auto farthest = std::max_element(result_.distances.begin(), result_.distances.end());
@@ -50,6 +58,13 @@ class Measuring {
   }
 
   bool stopped() { return control_.check() != Interruption::none; }
+
+  // False: interrupted.
+  bool look_for_sides() {
+    const auto known = topology(to_.mesh(), to_.box(), [this] { return stopped(); });
+    if (known && !refusal_of(*known)) result_.sides.assign(result_.distances.size(), 0);
+    return known.has_value();
+  }
 
   void settle_shared() {
     const auto twins = shared_triangles(from_.mesh(), to_, [this] { return stopped(); });
@@ -93,6 +108,7 @@ class Measuring {
 
   bool measure_block(std::size_t block) {
     std::uint64_t tests = 0;
+    Work work;
     const Interrupted stop = [this] { return stopped(); };
     Polling polling(&stop, tests);
     std::uint32_t hint = Nearest::kNone;
@@ -105,8 +121,18 @@ class Measuring {
       const std::uint32_t vertex = waiting_[i].vertex;
       result_.nearest[vertex] = target_->original[found.slot];
       result_.distances[vertex] = is_corner(p, found.slot) ? 0 : certified(found.distance);
+      if (!result_.sides.empty()) result_.sides[vertex] = side_of(p, work, stop);
     }
-    return true;
+    return result_.sides.empty() || !stopped();  // which ends the search for a side as well
+  }
+
+  // As for a single point in docs/design.md, section 13.
+  std::int8_t side_of(const Vec3& p, Work& work, const Interrupted& stop) const {
+    const auto winding = winding_number(*tree_, p, work, &stop);
+    if (!winding || *winding < 0) return 0;
+    const auto below = certified_distance_below(*tree_, p, &stop);
+    if (!below || !(rounding::subtract_down(*below, slack_) > 0)) return 0;
+    return *winding > 0 ? -1 : 1;
   }
 
   double certified(double distance) const { return std::min(std::ldexp(distance, frame_.exponent()), upper_); }
@@ -120,9 +146,11 @@ class Measuring {
   const Prepared& to_;
   const Kernels& kernels_;
   const double upper_;
+  const bool wants_sides_;
   Control& control_;
   ThreadPool pool_;
   const Frame frame_;
+  const double slack_;  // how far a vertex may be from the exact one, in frame units
   std::shared_ptr<Framed> framed_from_;
   std::shared_ptr<Framed> framed_to_;
   const OrderedMesh* ordered_ = nullptr;  // of `from`

@@ -22,6 +22,9 @@ struct Deviation {
   std::vector<double> distances;
   // By vertex: a triangle of the other mesh that holds the nearest point.
   std::vector<std::uint32_t> nearest;
+  // By vertex: 1 where it is proved to be outside of the other mesh, -1 inside (engine/sides.h), 0 where neither is, as
+  // on its surface. Empty: not asked for, or the other mesh has no sides.
+  std::vector<std::int8_t> sides;
   std::uint32_t farthest = 0;  // the first vertex with the largest distance
 };
 
@@ -31,6 +34,7 @@ struct DeviationOptions {
   // A certified bound of every distance from the one mesh to the other; larger distances, which rounding can cause, are
   // reduced to it.
   double upper = std::numeric_limits<double>::infinity();
+  bool sides = false;  // fill Deviation::sides
 };
 
 // Measures every vertex of `from`. The largest distance is a lower bound of h(from, to), up to rounding; between

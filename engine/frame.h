@@ -12,6 +12,9 @@
 // centres cost at most two bits of precision.
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 #include "engine/mesh.h"
 
 namespace meshgauge {
@@ -34,6 +37,10 @@ class Frame {
   int exponent() const { return exponent_; }
   // Rounds to nearest; may overflow to infinity or underflow to 0.
   double length_to_frame(double length) const;
+  // Not below the exact length in frame units.
+  double length_to_frame_up(double length) const {
+    return std::nextafter(length_to_frame(length), std::numeric_limits<double>::infinity());
+  }
 
   bool operator==(const Frame&) const = default;
 

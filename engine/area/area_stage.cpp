@@ -18,10 +18,6 @@ namespace {
 // is longer where the exact meshes are larger than their rounded ones.
 constexpr double kLongest = 4;
 
-double length_to_frame_up(const Frame& frame, double length) {
-  return std::nextafter(frame.length_to_frame(length), std::numeric_limits<double>::infinity());
-}
-
 // The intervals before any work.
 AreaBounds nothing_known(const AreaOptions& asked, double upper, AreaStop stop) {
   AreaBounds bounds;
@@ -60,26 +56,14 @@ auto searched(const MeasuredDirection& direction, const MeasuredPair& pair, cons
     const Interrupted late = [&control] { return control.check() != Interruption::none; };
     const Adjacency* adjacency = to ? direction.to.framed->adjacency(pool, late) : nullptr;
     if (!adjacency) return nothing(stop_of(control));
-    const double error = pair.error.value() > 0 ? length_to_frame_up(pair.frame, pair.error.value()) : 0;
-    const double most = length_to_frame_up(pair.frame, upper);
+    const double error = pair.error.value() > 0 ? pair.frame.length_to_frame_up(pair.error.value()) : 0;
+    const double most = pair.frame.length_to_frame_up(upper);
     if (!(most <= kLongest && error <= kLongest)) return nothing(AreaStop::precision_floor);
     return search(
         AreaDirection{*from, *to_mesh, *to, *adjacency, pair.frame, options, most, upper, error, pool, control, tell});
   } catch (const std::bad_alloc&) {
     return nothing(AreaStop::budget);
   }
-}
-
-// nullopt: it has sides.
-std::optional<NoSides> refusal_of(const Topology& topology) {
-  using Why = NoSides::Why;
-  const auto edge = [](Why why, const EdgeCount& count) { return NoSides{why, count.first}; };
-  if (topology.open.count > 0) return edge(Why::open, topology.open);
-  if (topology.non_manifold.count > 0) return edge(Why::non_manifold, topology.non_manifold);
-  if (topology.flipped.count > 0) return edge(Why::flipped, topology.flipped);
-  if (!topology.volume || (topology.volume->lower <= 0 && topology.volume->upper >= 0))
-    return NoSides{Why::no_volume, std::nullopt};
-  return topology.volume->upper < 0 ? std::optional(NoSides{Why::inside_out, std::nullopt}) : std::nullopt;
 }
 
 // A gate is decided first, and narrowed without its limits.
@@ -101,6 +85,17 @@ SideOutcome search_sides(const AreaDirection& direction, const SideOptions& aske
 }
 
 }  // namespace
+
+std::optional<NoSides> refusal_of(const Topology& topology) {
+  using Why = NoSides::Why;
+  const auto edge = [](Why why, const EdgeCount& count) { return NoSides{why, count.first}; };
+  if (topology.open.count > 0) return edge(Why::open, topology.open);
+  if (topology.non_manifold.count > 0) return edge(Why::non_manifold, topology.non_manifold);
+  if (topology.flipped.count > 0) return edge(Why::flipped, topology.flipped);
+  if (!topology.volume || (topology.volume->lower <= 0 && topology.volume->upper >= 0))
+    return NoSides{Why::no_volume, std::nullopt};
+  return topology.volume->upper < 0 ? std::optional(NoSides{Why::inside_out, std::nullopt}) : std::nullopt;
+}
 
 void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
                 const std::function<void()>& tell, AreaOutcome& found) {

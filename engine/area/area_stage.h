@@ -3,12 +3,15 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "engine/area.h"
 #include "engine/control.h"
 #include "engine/measured_pair.h"
 #include "engine/options.h"
+#include "engine/sides.h"
 #include "engine/thread_pool.h"
+#include "engine/topology.h"
 
 namespace meshgauge {
 
@@ -22,5 +25,8 @@ void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& po
 // has that direction.
 void take_sides(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
                 const std::function<void()>& tell, SideOutcome& found);
+
+// Returns why a mesh of this topology has no sides; nullopt: it has.
+std::optional<NoSides> refusal_of(const Topology& topology);
 
 }  // namespace meshgauge

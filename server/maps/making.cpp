@@ -32,7 +32,8 @@ Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint6
   if (order.query.kind == MapKind::ply) return Done{};
   const std::size_t triangles = shown.mesh().triangles.size();
   const std::size_t most = std::min(triangles, order.query.max_triangles.value_or(triangles));
-  const std::uint64_t bytes = 2 * api::glb_bytes(std::min(shown.mesh().positions.size(), 3 * most), most);
+  const std::uint64_t bytes =
+      2 * api::glb_bytes(std::min(shown.mesh().positions.size(), 3 * most), most, order.facts.sides);
   if (bytes <= max_bytes) return Done{};
   return Error{ErrorCode::too_large,
                "a GLB of " + std::to_string(most) + " triangles takes " + std::to_string(bytes) +

@@ -180,3 +180,14 @@ TEST_CASE("deviation GLB: a cloud is written as points, and without its line rea
   made.map.witness.reset();
   CHECK(api::test::read_back(Glb(made.map).file).positions == made.mesh.positions);
 }
+
+TEST_CASE("a GLB with sides has them beside the distances, and only then") {
+  MadeMap made(shapes::cube());
+  CHECK(!Glb(made.map).primitive(0)["attributes"].contains("_SIDE"));
+  const std::vector<std::int8_t> sides{0, 1, -1, 1, 1, 0, -1, -1};
+  made.map.sides = sides;
+  const Glb glb(made.map);
+  const json& side = glb.accessor(0, "_SIDE");
+  CHECK(side["count"] == 8);
+  for (std::size_t v = 0; v < 8; ++v) CHECK(glb.element<float>(side, v) == static_cast<float>(sides[v]));
+}

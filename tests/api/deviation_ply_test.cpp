@@ -1,5 +1,6 @@
 #include "api/deviation_ply.h"
 
+#include <cmath>
 #include <cstring>
 #include <sstream>
 
@@ -95,4 +96,21 @@ TEST_CASE("deviation PLY: a cloud is written without faces, and read as one") {
   api::write_deviation_ply(made.map, out);
   CHECK(out.str().find("element face") == std::string::npos);
   CHECK(api::test::read_back(out.str()).triangles == points_as_triangles(3));
+}
+
+TEST_CASE("a PLY with sides has a signed distance behind the distance, nan where the side is not proved") {
+  MadeMap made(shapes::cube());
+  CHECK(!says(written(made.map), "property double signed_distance"));
+  const std::vector<std::int8_t> sides{0, 1, -1, 0, 1, 1, 1, -1};
+  made.map.sides = sides;
+  const std::string file = written(made.map), bytes = body(file);
+  CHECK(says(file, "property double signed_distance"));
+  CHECK(api::test::read_back(file).positions == made.mesh.positions);
+  constexpr std::size_t kVertex = 3 * 4 + 3 + 4 + 8 + 8;
+  REQUIRE(bytes.size() == 8 * kVertex + 12 * 13);
+  const auto signed_of = [&](std::size_t v) { return value_at<double>(bytes, v * kVertex + 27); };
+  CHECK(signed_of(0) == 0);  // a distance of 0 needs no side
+  CHECK(signed_of(1) == made.distances[1]);
+  CHECK(signed_of(2) == -made.distances[2]);
+  CHECK(std::isnan(signed_of(3)));
 }

@@ -92,6 +92,8 @@ TEST_CASE("deviation: the suffix decides the format, in any case") {
   }
   REQUIRE(write({folder.path() / "map.csv"}, shapes::cube(), control).ok());
   CHECK(content(folder.path() / "map.csv").starts_with("x,y,z,distance\n"));
+  REQUIRE(write({folder.path() / "map.vtp"}, shapes::cube(), control).ok());
+  CHECK(content(folder.path() / "map.vtp").starts_with("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\""));
   for (const char* name : {"map.obj", "map", "ply", "map.ply.txt"}) {
     CHECK_FALSE(check::check_deviation_name(name).ok());
     const auto refused = write({folder.path() / name}, shapes::cube(), control);

@@ -13,6 +13,13 @@ from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Ser
 from maps import FLAT, WAVY, Glb, as_floats, compared, ply_of, positions_of
 
 
+def box(half, top):
+    """A closed box about the origin whose height is 2 * top."""
+    corners = [(x, y, z) for z in (-top, top) for y in (-half, half) for x in (-half, half)]
+    faces = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
+    return ("".join("v %r %r %r\n" % p for p in corners) + "".join("f %d %d %d\n" % tuple(i + 1 for i in f) for f in faces)).encode()
+
+
 class Content(ServerCase):
     flags = ("--workers", "2")
 
@@ -50,6 +57,39 @@ class Content(ServerCase):
         _, distances, _ = ply_of(self.written_by(".ply", "compare"))
         self.assertEqual([row[:3] for row in rows], [tuple(p) for p in positions_of(WAVY)])
         self.assertEqual([row[3] for row in rows], distances)
+
+    def test_sides(self):
+        cube, larger = box(1, 1), box(1.0625, 0.75)  # inside on two sides, outside on the others
+        for options, flags in (({"sides": {}}, ["--sides"]), ({"gate": {"zone": [-1, 1]}}, ["--zone=-1, 1"])):
+            path, result = compared(self.server, larger, cube, {**options, "threads": 1})
+            self.assertIsNone(result["sides"]["refused"])
+            files = {}
+            with tempfile.TemporaryDirectory() as folder:
+                for name, mesh in (("a.obj", larger), ("b.obj", cube)):
+                    Path(folder, name).write_bytes(mesh)
+                for suffix in ("ply", "glb", "csv", "vtp"):
+                    subprocess.run([BINARY, "compare", "a.obj", "b.obj", *flags, "--threads", "1", "--map", "map." + suffix], cwd=folder, env=ENVIRONMENT,
+                                   check=True, capture_output=True, timeout=60)
+                    files[suffix] = Path(folder, "map." + suffix).read_bytes()
+            self.assertEqual(files["ply"], self.map("ply", path).body)
+            self.assertEqual(files["glb"], self.map("glb", path).body)
+            lines = files["csv"].decode().splitlines()
+            self.assertEqual(lines[0], "x,y,z,distance,signed_distance")
+            for line in lines[1:]:
+                x, y, z, distance, sign = map(float, line.split(","))
+                self.assertEqual(sign, -distance if max(abs(x), abs(y), abs(z)) < 1 else distance)
+            glb = Glb(files["glb"])
+            sides = [side for side, in glb.numbers("_SIDE", "f", 1)]
+            self.assertLessEqual({-1, 1}, set(sides))
+            for point, (distance,), side in zip(glb.numbers("POSITION", "f", 3), glb.numbers("_DISTANCE", "f", 1), sides):
+                if distance > 1e-6:
+                    self.assertEqual(side, 1 if max(map(abs, point)) > 1 else -1, point)
+            self.assertIn(b'Name="signed_distance"', files["vtp"])
+            other = self.map("ply?of=b", path).body  # of the baseline no side was asked
+            self.assertNotIn(b"signed_distance", other)
+        path, result = compared(self.server, cube, FLAT, {"sides": {}})
+        self.assertEqual(result["sides"]["refused"]["reason"], "open")
+        self.assertNotIn(b"signed_distance", self.map("ply", path).body)
 
     def test_ply(self):
         comments, distances, faces = ply_of(self.map("ply").body)

@@ -1,6 +1,7 @@
 #include "engine/deviation.h"
 
 #include <algorithm>
+#include <limits>
 
 #include <doctest/doctest.h>
 
@@ -8,6 +9,7 @@
 #include "engine/refinement.h"
 #include "engine/rounding.h"
 #include "oracle/exact.h"
+#include "oracle/sides.h"
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -126,4 +128,59 @@ TEST_CASE("deviation: an interruption at any check stops it and leaves no incomp
   interrupted.cancel_at_check(all.checks() / 2);
   CHECK_FALSE(deviation(a, b, {}, interrupted).has_value());
   CHECK(deviation(a, b, {}, control)->distances == whole->distances);
+}
+
+TEST_CASE("deviation: each side is the exact one, and only a vertex on the surface or within its rounding has none") {
+  std::mt19937_64 random(3);
+  const Mesh solid = shapes::closed_sphere(6);
+  const Mesh hollow = shapes::joined(solid, shapes::turned(shapes::scaled(solid, 0.5)));
+  const Mesh both = shapes::joined(solid, shapes::moved(solid, {0.75, 0.125, 0}));
+  Mesh points = shapes::soup(30, random);
+  points.positions.insert(points.positions.end(), solid.positions.begin(), solid.positions.end());
+  points.triangles = points_as_triangles(points.positions.size());
+  for (const Mesh& from : {points, shapes::scaled(shapes::sphere(6), 1.01)}) {
+    for (const double scale : {1.0, 3e-7, 5e11}) {
+      for (const Mesh& closed : {solid, hollow, both, shapes::cube(2, {-1, -1, -1})}) {
+        const Mesh a = shapes::scaled(from, scale), b = shapes::scaled(closed, scale);
+        const oracle::Surface surface = oracle::surface_of(b);
+        const Deviation found = deviation_of(a, b, {2, "auto", std::numeric_limits<double>::infinity(), true});
+        REQUIRE(found.sides.size() == a.positions.size());
+        CHECK(found.distances == deviation_of(a, b).distances);
+        std::size_t proved = 0;
+        for (std::size_t v = 0; v < a.positions.size(); ++v) {
+          const auto winding = oracle::winding_number(oracle::exact(a.positions[v]), surface);
+          const int exact = !winding ? 0 : *winding > 0 ? -1 : 1;
+          if (found.sides[v] == 0) CHECK((exact == 0 || found.distances[v] < 1e-13 * scale));
+          if (found.sides[v] != 0) CHECK(found.sides[v] == exact);
+          proved += found.sides[v] != 0;
+        }
+        CHECK(4 * proved > a.positions.size());
+      }
+    }
+  }
+}
+
+TEST_CASE("deviation: a mesh without sides gives none, a part that is inside out none within it") {
+  const Mesh cube = shapes::cube(2, {-1, -1, -1});
+  const DeviationOptions signs{1, "auto", std::numeric_limits<double>::infinity(), true};
+  Mesh open = cube;
+  open.triangles.pop_back();
+  for (const Mesh& none : {open, shapes::turned(cube), shapes::grid(3)}) {
+    CHECK(deviation_of(shapes::sphere(4), none, signs).sides.empty());
+  }
+  const Mesh beside = shapes::joined(cube, shapes::turned(shapes::moved(shapes::scaled(cube, 0.5), {4, 0, 0})));
+  Mesh points{{{0, 0, 0}, {4, 0, 0}, {2, 0, 0}, {1, 1, 1}}, points_as_triangles(4)};
+  CHECK(deviation_of(points, beside, signs).sides == std::vector<std::int8_t>{-1, 0, 1, 0});
+  CHECK(deviation_of(points, beside).sides.empty());
+  CHECK(deviation_of(cube, cube, signs).sides == std::vector<std::int8_t>(8, 0));
+}
+
+TEST_CASE("deviation: no sign within the error of a mesh that stands for another") {
+  const Mesh cube = shapes::cube(2, {-1, -1, -1});
+  const Mesh points{{{0, 0, 1.125}, {0, 0, 1.25}, {0, 0, 0.75}}, points_as_triangles(3)};
+  const Prepared moved(MeshView(points.positions, points.triangles), Prepared::Use::once, nullptr, std::nullopt, 0.2);
+  Control control;
+  const auto found = deviation(moved, Prepared(cube), {1, "auto", 10, true}, control);
+  REQUIRE(found.has_value());
+  CHECK(found->sides == std::vector<std::int8_t>{0, 1, -1});
 }

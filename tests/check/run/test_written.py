@@ -116,6 +116,8 @@ class Deviation(Workplace):
         self.assertTrue((self.folder / "map.ply").read_bytes().startswith(b"ply\n"))
         self.exits(0, *pair, "--deviation", "map.glb")
         self.assertTrue((self.folder / "map.glb").read_bytes().startswith(b"glTF"))
+        self.exits(0, *pair, "--map", "map.vtp")
+        self.assertIn(b"<VTKFile", (self.folder / "map.vtp").read_bytes())
         self.fails(*pair, "--deviation", "map.obj", saying="map.obj")
         self.fails(*pair, "--deviation", "none/map.ply", saying="--deviation")
 
