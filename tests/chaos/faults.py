@@ -355,12 +355,7 @@ def database_of(arguments):
         server.close()
 
 
-def run(arguments):
-    with database_of(arguments) as database:
-        return run_with(arguments, database)
-
-
-def run_with(arguments, database):
+def run(arguments, database):
     victim.ANSWER_SECONDS = ANSWER_SECONDS
     load.REFUSED = HONEST
     ctypes.CDLL(None).personality(ctypes.c_ulong(NO_RANDOM_ADDRESSES))
@@ -395,7 +390,8 @@ def main():
     parser.add_argument("--quiet", action="store_true", help="only what fails, and the last line")
     arguments = parser.parse_args()
     print("seed %d" % arguments.seed, flush=True)
-    sys.exit(run(arguments))
+    with database_of(arguments) as database:
+        sys.exit(run(arguments, database))
 
 
 if __name__ == "__main__":

@@ -20,9 +20,9 @@ class FlakyStore final : public JobStore {
   // Like a full disk: writes fail, reads do not.
   std::atomic<bool> full{false};
   std::atomic<int> refused{0};
-  std::atomic<int> unfinished{0};  // of those, results that could not be stored
-  std::atomic<int> finishes{0};    // calls of finish_all()
-  std::string refused_document;    // a result with it cannot be stored; empty: none
+  std::atomic<int> unfinished{0};                // of those, results that could not be stored
+  std::atomic<int> finishes{0};                  // calls of finish_all()
+  std::string refused_document;                  // a result with it cannot be stored; empty: none
   void set_damaged(std::set<std::string> ids) {  // of jobs whose rows cannot be written
     const std::lock_guard lock(mutex_);
     damaged_ = std::move(ids);

@@ -127,8 +127,7 @@ TEST_CASE("writer: a database locked by another process is an error until it is 
 TEST_CASE("sqlite: a read that failed may pass, a damaged database does not") {
   const SQLite::Exception malformed("database disk image is malformed", SQLITE_CORRUPT);  // of both
   CHECK(to_error(malformed, "x.sqlite", EIO).code == ErrorCode::storage_unavailable);
-  CHECK(to_error(malformed, "x.sqlite", EIO).message ==
-        "the database 'x.sqlite' cannot be read: Input/output error");
+  CHECK(to_error(malformed, "x.sqlite", EIO).message == "the database 'x.sqlite' cannot be read: Input/output error");
   CHECK(to_error(malformed, "x.sqlite").code == ErrorCode::internal);
 }
 
