@@ -103,16 +103,16 @@
 // (R12) Enclosures (engine/area). A height p.n errs by 3u for its products and sums times |p||n| <= sqrt(3), less than
 //      7u; the top of a triangle or box likewise, and by 2u more for the corners of a box, which are offsets from an
 //      origin; their difference by 3.5u; |n| - 1 <= 4u costs 14u as in R5. Less than 35u. The constant of a box: R6
-//      holds for the centre's distance, and the radius has kDistanceSlack for the 13u of R1. kMinorantSlack = 64u. An
-//      upper function is R3 and R4 at each corner; the radius of lipschitz.h likewise. The value
-//      of a part's function at a cut is a difference of values below 4, times s <= 1, and a sum: less than 8u + 8u +
-//      8u, kCutValueSlack = 32u. The cut's point itself: a difference below 2 on each axis, times s, and a sum: less
-//      than 5u an axis, 9u as a vector, for each level of cuts: kCutPointSlack = 16u instead of the 2u of R4. A weight
-//      is multiplied by s or fl(1 - s): 2u for each level. A share is a quotient of differences of stored numbers, each
-//      with a relative error of u: two quotients of 3u and their product, 7u in all. kShareSlack = 32u also covers the
-//      roundings of the final quotient. A mean of high has a relative error of 4u, a mean square of 8u: kMeanSlack =
-//      32u, with the final quotient. A sum of n terms >= 0, in any order, has a relative error of at most n u (1 + n
-//      u): sum_error().
+//      holds for the centre's distance, and the radius has kDistanceSlack for the 13u of R1 and 4u of the box's
+//      corners. kMinorantSlack = 64u. An upper function is R3 and R4 at each corner; the radius of lipschitz.h
+//      likewise. The value of a part's function at a cut is a difference of values below 4, times s <= 1, and a sum:
+//      less than 8u + 8u + 8u, kCutValueSlack = 32u. The cut's point itself: a difference below 2 on each axis, times
+//      s, and a sum: less than 5u an axis, 9u as a vector, for each level of cuts: kCutPointSlack = 16u instead of the
+//      2u of R4. A weight is multiplied by s or fl(1 - s): 2u for each level. A share is a quotient of differences of
+//      stored numbers, each with a relative error of u: two quotients of 3u and their product, 7u in all. kShareSlack =
+//      32u also covers the roundings of the final quotient. A mean of high has a relative error of 4u, a mean square of
+//      8u: kMeanSlack = 32u, with the final quotient. A sum of n terms >= 0, in any order, has a relative error of at
+//      most n u (1 + n u): sum_error().
 //
 // (R13) Areas. Twice the area of a triangle is |x * y|, x and y two edges from one corner. A difference has a relative
 //      error of u; a component of the product errs by 4u (|x1 y2| + |x2 y1|) <= 4u |x||y|, the vector by less than 7u,
@@ -196,6 +196,8 @@ inline constexpr double kVolumeOffset = 0x1p-1000;     // R14
 inline constexpr std::size_t kVolumeBlock = 4096;      // R14, triangles
 inline constexpr int kSmallestVolumeExponent = -1000;  // R14
 
+inline constexpr std::uint32_t kCellLevels = 8;  // R18, of cuts
+
 inline constexpr double kRaySlack = 32 * kUnit;    // R16, times the sizes of the corners
 inline constexpr double kRayOffset = 0x1p-1000;    // R16
 inline constexpr double kMotionSlack = 8 * kUnit;  // R17
@@ -209,6 +211,12 @@ inline constexpr std::uint32_t kDepthAllowance = 256;
 
 // The relative error of a sum of this many terms >= 0, weights of parts times values: R12.
 inline double sum_error(std::size_t terms) { return 2 * kUnit * static_cast<double>(terms + 2 * kDepthAllowance); }
+
+// The area, doubled, that may be wrong or missing in the cells of a triangle with that longest edge: R18.
+inline double cell_error(std::size_t cells, std::size_t parts, double longest) {
+  return static_cast<double>(cells) * (1024 * kUnit * longest + 0x1p-88) +
+         static_cast<double>(parts) * (128 * kUnit * longest * longest);
+}
 
 // The error of the sum of that many determinants, `size` the sum of the absolute values of their products: R14.
 inline double volume_error(std::size_t triangles, double size) {

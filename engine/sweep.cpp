@@ -67,7 +67,7 @@ class Sweep {
         search_.drop(blocks_[begin].upper);
         break;
       }
-      if (overlay_pays()) adopt_overlay();
+      if (overlay_pays(probed)) adopt_overlay();
       if (begin > 0 && !std::exchange(probed, true) && probe(begin)) adopt_patch();
       const std::size_t size = probed ? round : std::min(round, 1 + blocks_.size() / kBlocksBeforeProbe);
       const std::size_t end = std::min(begin + size, blocks_.size());
@@ -162,7 +162,7 @@ class Sweep {
     const bool most_survive = kFewer * survivors >= (kFewer - 1) * uncertified;
     const std::size_t worth = search_.thresholds().patches / (most_survive ? kFewer : 1);
     return 2 * failed >= tried && 2 * uncertified >= guessed &&
-           expected >= std::max(worth, search_.to().mesh().triangles.size() / kAdjacencyShare);
+           expected >= std::max(worth, has_adjacency_ ? 0 : search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   // The triangles of A for which guesses were tried, and of those the ones that no guess culled.
   std::pair<std::size_t, std::size_t> guesses() const {
@@ -183,8 +183,9 @@ class Sweep {
   }
 
   // Whether so many triangles have failed that the overlay bound pays.
-  bool overlay_pays() const {
+  bool overlay_pays(bool probed) const {
     if (sweepers_[0].overlay) return false;
+    if (has_adjacency_ && probed) return true;
     return guesses().second >=
            std::max(search_.thresholds().adjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
@@ -365,7 +366,8 @@ class Sweep {
   Search& search_;
   const OrderedMesh& from_;
   const OrderedMesh& to_;
-  LargeArray<std::uint32_t> twins_;  // twins_by_number(): by triangle of A, or empty
+  const bool has_adjacency_ = search_.adjacency() != nullptr;  // of B, from the start
+  LargeArray<std::uint32_t> twins_;                            // twins_by_number(): by triangle of A, or empty
   std::vector<Block> blocks_;
   std::vector<Vertex> vertices_;
   std::deque<Sweeper> sweepers_;  // one for each thread

@@ -20,8 +20,11 @@ namespace {
 constexpr std::size_t kTrianglesATask = 64;
 constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
 constexpr std::size_t kPartsATask = 16;
-constexpr std::size_t kMostChosen = std::size_t{1} << 15;  // parts refined in one round
+constexpr std::size_t kMostChosen = std::size_t{1} << 13;  // parts refined in one round
+constexpr std::size_t kMostMade = 32;                      // parts that mostly come of one
 constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
+constexpr double kCellShare = 1.0 / 64;   // of a tolerance that the errors of cells may add up to
+constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is closed
 constexpr double kChosenShare = 0.6;      // of all contributions, refined in one round
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
 
@@ -30,8 +33,9 @@ AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
 }
 
 struct Refined {
-  Part first, second;
-  bool is_split = false;
+  Part first;
+  std::vector<Part> others;
+  double cell_error = 0;
 };
 
 }  // namespace
@@ -42,13 +46,22 @@ AreaSearch::AreaSearch(const AreaDirection& direction)
       weights_(direction.from, direction.error),
       stop_([this] { return in_.control.check() != Interruption::none; }),
       closed_shares_(asked_.beyond.size()) {
-  for (std::size_t i = 0; i < in_.pool.size(); ++i) bounders_.emplace_back(in_.to, in_.adjacency, in_.error);
   const int exponent = in_.frame.exponent();
   for (const auto& beyond : asked_.beyond) {
     limits_.push_back(
         {rounding::scale_down(beyond.distance, -exponent), rounding::scale_up(beyond.distance, -exponent)});
     known_.beyond.push_back({0, beyond.distance >= in_.upper ? 0.0 : 1.0});
   }
+  double tolerance = asked_.mean || !asked_.quantiles.empty() ? asked_.length_tolerance * AreaOptions::kLeastLength : 1;
+  for (std::size_t k = 0; k < limits_.size(); ++k) tolerance = std::min(tolerance, tolerance_of_share(k));
+  const double cell_tolerance = kCellShare * tolerance;
+  std::vector<double> within;
+  if (are_shares_alone()) {
+    for (const Limit& limit : limits_) within.push_back(limit.down);
+    std::sort(within.begin(), within.end());
+  }
+  for (std::size_t i = 0; i < in_.pool.size(); ++i)
+    bounders_.emplace_back(in_.to, in_.adjacency, in_.error, within, cell_tolerance);
   known_.quantiles.assign(asked_.quantiles.size(), {0, in_.most});
   if (asked_.mean) known_.mean = known_.rms = AreaInterval{0, in_.most};
 }
@@ -111,7 +124,7 @@ bool AreaSearch::weigh() {
 
 // Shares alone need no more of a triangle that is within every limit, or beyond every one.
 bool AreaSearch::leave_out_decided() {
-  if (asked_.mean || !asked_.quantiles.empty()) return true;
+  if (!are_shares_alone()) return true;
   double low = in_.most, high = 0;
   for (const Limit& l : limits_) low = std::min(low, l.down), high = std::max(high, l.up);
   const auto places = places_of(in_, low, high);
@@ -186,7 +199,7 @@ void AreaSearch::close(const Part& part) {
 
 // Whether all parts together would be within the tolerances if each were as narrow as this one.
 bool AreaSearch::is_closed(const Part& part) const {
-  if (!bounders_[0].can_narrow(part)) return true;
+  if (part.weight <= kNegligible * area_.weight || !bounders_[0].can_narrow(part)) return true;
   const Enclosure& e = part.enclosure;
   for (std::size_t k = 0; k < limits_.size(); ++k) {
     const double width = share_beyond(e.high, limits_[k].down) - share_beyond(e.low, limits_[k].up);
@@ -265,17 +278,18 @@ std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
   for (std::size_t i = 0; i < bins.size() && chosen.size() < most_chosen(); ++i) {
     if (bins[i] <= last) chosen.push_back(i);
   }
+  least_chosen_ = std::ldexp(area_.weight, kBins / 2 - last);
   return chosen;
 }
 
 // Within what is left of the work items, and an eighth of the memory.
 std::size_t AreaSearch::most_chosen() const {
   const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
-  const std::size_t fit = in_.options.max_memory_bytes / 8 / sizeof(Refined);
+  const std::size_t fit = in_.options.max_memory_bytes / 8 / (sizeof(Refined) + kMostMade * sizeof(Part));
   return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
 }
 
-// Gives each chosen part a lower function, or else cuts it and gives one to the halves that still contribute. False:
+// Gives each chosen part a lower function, or else divides it and gives one to the parts that still contribute. False:
 // interrupted, and nothing has changed.
 bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& demand) {
   std::vector<Refined> found(chosen.size());
@@ -288,16 +302,31 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
       Refined& refined = found[i];
       refined.first = open_[chosen[i]];
       const auto bound = [&](Part& part) {
-        if (!bounders_[worker].bound_below(part, works[worker], &stop_)) stopped = true;
+        if (!bounders_[worker].bound_below(part, most_needed(part), works[worker], &stop_)) stopped = true;
       };
       const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounders_[worker].floor_of(part)); };
-      if (!refined.first.has_low && (needs_low(refined.first) || !bounders_[worker].can_split(refined.first))) {
-        bound(refined.first);
-      } else if (auto parts = bounders_[worker].split(refined.first, works[worker], &stop_)) {
-        for (Part& half : *parts) {
-          if (needs_low(half) && demand.contribution(half) > 0) bound(half);
-        }
-        refined = {(*parts)[0], (*parts)[1], true};
+      const auto bound_if_wanted = [&](Part& part) {
+        if (needs_low(part) && demand.contribution(part) >= least_chosen_) bound(part);
+      };
+      Part& first = refined.first;
+      if (is_worth_measuring(first) && !bounders_[worker].measure(first, works[worker], &stop_)) stopped = true;
+      std::optional<CellParts> cells;
+      if (is_worth_cells(first)) {
+        cells = bounders_[worker].cells(first, works[worker]);
+        first.has_failed = !cells;
+      }
+      if (cells) {
+        for (Part& cell : cells->parts) bound_if_wanted(cell);
+        first = cells->parts.back();
+        cells->parts.pop_back();
+        refined.others = std::move(cells->parts);
+        refined.cell_error = cells->error;
+      } else if (!first.has_low && (needs_low(first) || !bounders_[worker].can_split(first))) {
+        bound(first);
+      } else if (auto parts = bounders_[worker].split(first, works[worker], &stop_)) {
+        for (Part& half : *parts) bound_if_wanted(half);
+        first = (*parts)[0];
+        refined.others = {(*parts)[1]};
       } else {
         stopped = true;
       }
@@ -307,7 +336,8 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
   if (stopped) return false;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     open_[chosen[i]] = found[i].first;
-    if (found[i].is_split) open_.push_back(found[i].second);
+    open_.insert(open_.end(), found[i].others.begin(), found[i].others.end());
+    area_.cell_error += found[i].cell_error;
   }
   return true;
 }

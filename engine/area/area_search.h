@@ -5,7 +5,7 @@
 //  2. The distance of each vertex of the others, then an upper function for each triangle (part.h). What the questions
 //     need no more of is closed.
 //  3. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
-//     that contribute most to the widths get a lower function or are cut.
+//     that contribute most to the widths get a lower function, or are divided into cells or cut.
 //
 // The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
 // Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
@@ -60,6 +60,7 @@ class AreaSearch {
     double down, up;
   };
 
+  bool are_shares_alone() const { return !asked_.mean && asked_.quantiles.empty(); }
   bool weigh();
   bool leave_out_decided();
   std::optional<AreaStop> bound_triangles();
@@ -81,6 +82,9 @@ class AreaSearch {
   bool close_unvisited(std::size_t begin);
   bool refine(const std::vector<std::size_t>& chosen, const Demand& demand);
   std::vector<std::size_t> choose(const Demand& demand);
+  double most_needed(const Part& part) const;
+  static bool is_worth_measuring(const Part& part);
+  bool is_worth_cells(const Part& part) const;
   std::size_t most_chosen() const;
   bool over_budget() const;
   AreaStop interrupted() const;
@@ -102,6 +106,7 @@ class AreaSearch {
   MeanSum closed_means_;
 
   AreaBounds known_;           // in frame units: the intersection of all intervals so far
+  double least_chosen_ = 0;    // contribution of the parts that choose() takes
   bool is_narrowing_ = false;  // all gates are decided; their shares are narrowed
   const Control::Clock::time_point begun_ = Control::Clock::now();
   Work work_;

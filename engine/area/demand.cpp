@@ -70,4 +70,37 @@ void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) cons
   for (const double t : at) demand.probes.push_back({t, t, scale});
 }
 
+// The values from which a lower function of the part is as good as a higher one.
+double AreaSearch::most_needed(const Part& part) const {
+  // From the nearest corner down: the lower, the less of B matters.
+  constexpr double kAbove = 1.125, kNear = 1.03;
+  if (!are_shares_alone()) return in_.most;
+  const auto& [a, b, c] = part.corners;
+  const double nearest = std::min({a.distance, b.distance, c.distance});
+  double limit = 0;
+  for (const Limit& l : limits_) limit = std::max(limit, l.up);
+  return nearest > kNear * limit ? std::min(kAbove * limit, (nearest + limit) / 2) : in_.most;
+}
+
+// Whether a part whose corners are not measured should be: its functions are far apart.
+bool AreaSearch::is_worth_measuring(const Part& part) {
+  constexpr double kLoose = 0.05;
+  if (!part.is_rough || !part.has_low) return false;
+  double gap = 0;
+  for (std::size_t i = 0; i < 3; ++i) gap += part.enclosure.high[i] - part.enclosure.low[i];
+  return gap > 3 * kLoose * most(part.enclosure.high);
+}
+
+// Whether the part lies under several triangles of B, none of which bounds it well, and is not beyond all limits.
+bool AreaSearch::is_worth_cells(const Part& part) const {
+  const auto& [a, b, c] = part.corners;
+  if (part.is_cell || part.has_failed || (a.slot == b.slot && a.slot == c.slot)) return false;
+  constexpr double kLoose = 1.02;
+  const Linear& high = part.enclosure.high;
+  if (high[0] + high[1] + high[2] <= kLoose * (a.distance + b.distance + c.distance)) return false;
+  const double nearest = std::min({a.distance, b.distance, c.distance});
+  return std::any_of(limits_.begin(), limits_.end(),
+                     [&](const Limit& l) { return nearest <= l.up && most(high) > l.down; });
+}
+
 }  // namespace meshgauge

@@ -1,6 +1,7 @@
 #include "engine/area/minorant.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -32,43 +33,25 @@ class Minorant {
     centre_ = (p_[0] + p_[1] + p_[2]) / 3;
     for (const Vec3& p : p_) radius_ = std::max(radius_, (p - centre_).norm());
     radius_ += rounding::kDistanceSlack;
+    for (int k = 0; k < 3; ++k) probe_.centre[k] = centre_[k];
     add_shared_directions(corners);
+    update();
     for (const Corner& corner : corners) add(corner.slot);
   }
 
   const Linear& values() const { return values_; }
-  const Vec3& centre() const { return centre_; }
+  const LowerProbe& probe() const { return probe_; }
   double sum() const { return values_[0] + values_[1] + values_[2]; }
   double most() const { return std::max({values_[0], values_[1], values_[2]}); }
   // A box farther than this from the centre cannot lower any value.
   double reach() const { return std::max(most(), 0.0) + radius_; }
-
-  // Whether the triangles in the box cannot lower any value, by one of the shared directions.
-  bool is_beyond(const Box& box) const {
-    for (std::size_t d = 0; d < directions_; ++d) {
-      const Vec3& n = shared_[d].n;
-      double top = 0;
-      for (int k = 0; k < 3; ++k) top += n[k] * (n[k] > 0 ? box.high[k] : box.low[k]);
-      if (is_above(shared_[d].heights, top)) return true;
-    }
-    return false;
-  }
-
-  // False: the triangle is farther than reach() from the centre.
-  bool is_near(std::uint32_t slot) const {
-    const MeshView mesh = to_.mesh();
-    const Vec3 a = mesh.corner(slot, 0), b = mesh.corner(slot, 1), c = mesh.corner(slot, 2);
-    const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
-    const double off_sq = (low - centre_).cwiseMax(centre_ - high).cwiseMax(0.0).squaredNorm();
-    return off_sq <= far_limit(reach() * reach());
-  }
 
   // Takes triangle `slot` into account.
   void add(std::uint32_t slot) {
     const MeshView mesh = to_.mesh();
     const std::array<Vec3, 3> corners{mesh.corner(slot, 0), mesh.corner(slot, 1), mesh.corner(slot, 2)};
     Best best;
-    for (std::size_t d = 0; d < directions_; ++d) {
+    for (std::size_t d = 0; d < probe_.directions; ++d) {
       if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
     }
     const PreparedTriangle triangle = to_.prepared(slot);
@@ -81,6 +64,7 @@ class Minorant {
       if (attempt(p - closest_point(triangle, p), corners, best)) return;
     }
     values_ = best.values;
+    update();
   }
 
  private:
@@ -93,6 +77,15 @@ class Minorant {
     double sum = -1e300;
   };
 
+  // The values have fallen.
+  void update() {
+    probe_.limit_sq = far_limit(reach() * reach());
+    for (std::size_t d = 0; d < probe_.directions; ++d) {
+      const Linear& h = shared_[d].heights;
+      probe_.tops[d] = std::min({h[0] - values_[0], h[1] - values_[1], h[2] - values_[2]});
+    }
+  }
+
   // The mean direction from B to P, and the normals of P and of the owners on that side. A triangle beyond a convex
   // edge of B lies below its neighbour's plane.
   void add_shared_directions(const std::array<Corner, 3>& corners) {
@@ -100,7 +93,9 @@ class Minorant {
     for (std::size_t i = 0; i < 3; ++i) away += p_[i] - closest_point(to_.prepared(corners[i].slot), p_[i]);
     const auto add_direction = [&](const Vec3& v) {
       const auto n = direction_of(v.dot(away) < 0 ? Vec3(-v) : v);
-      if (n) shared_[directions_++] = {*n, heights(*n)};
+      if (!n) return;
+      for (int k = 0; k < 3; ++k) probe_.n[probe_.directions][k] = (*n)[k];
+      shared_[probe_.directions++] = {*n, heights(*n)};
     };
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t slot = corners[i].slot;
@@ -116,10 +111,6 @@ class Minorant {
 
   static double top_of(const std::array<Vec3, 3>& corners, const Vec3& n) {
     return std::max({corners[0].dot(n), corners[1].dot(n), corners[2].dot(n)});
-  }
-
-  bool is_above(const Linear& heights, double top) const {
-    return heights[0] - top >= values_[0] && heights[1] - top >= values_[1] && heights[2] - top >= values_[2];
   }
 
   bool attempt(const Vec3& v, const std::array<Vec3, 3>& corners, Best& best) const {
@@ -141,26 +132,47 @@ class Minorant {
   Linear values_;
   Vec3 centre_;
   double radius_ = 0;
-  std::array<Direction, 5> shared_;
-  std::size_t directions_ = 0;
+  std::array<Direction, LowerProbe::kMaxDirections> shared_;
+  LowerProbe probe_{};
 };
 
 // Pushes the children that may lower a value, the nearest on top. Returns the new size of the stack.
-std::size_t push_children(const WideNode& node, const Minorant& minorant, WalkEntry* stack, std::size_t size) {
-  const double reach = minorant.reach(), limit = far_limit(reach * reach);
-  const Vec3& c = minorant.centre();
-  const std::array<double, 3> local{c[0] - node.origin[0], c[1] - node.origin[1], c[2] - node.origin[2]};
+std::size_t push_children(const Kernels& kernels, const WideNode& node, const Minorant& minorant, WalkEntry* stack,
+                          std::size_t size) {
+  PointBlock low, high;
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      low.at[k][lane] = node.origin[k] + static_cast<double>(node.low[k][lane]);
+      high.at[k][lane] = node.origin[k] + static_cast<double>(node.high[k][lane]);
+    }
+  }
+  alignas(64) double distances_sq[kLanes];
   const std::size_t bottom = size;
   std::size_t nearest = size;
   double least = 0;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const double distance_sq = box_distance_sq(node, lane, local);
-    if (!(distance_sq <= limit) || minorant.is_beyond(Bvh::child_box(node, lane))) continue;
-    if (size == bottom || distance_sq < least) least = distance_sq, nearest = size;
-    stack[size++] = {static_cast<float>(distance_sq), node.child[lane]};
+  for (unsigned may = kernels.lower_boxes(low, high, minorant.probe(), distances_sq); may != 0; may &= may - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(may));
+    if (size == bottom || distances_sq[lane] < least) least = distances_sq[lane], nearest = size;
+    stack[size++] = {static_cast<float>(distances_sq[lane]), node.child[lane]};
   }
   if (size > bottom) std::swap(stack[nearest], stack[size - 1]);
   return size;
+}
+
+// Takes the triangles of a leaf into account. Lanes beyond the last triangle repeat it.
+void add_block(const Bvh& to, std::uint32_t block, Minorant& minorant) {
+  const std::uint32_t begin = Bvh::block_begin(block), last = to.block_end(block) - 1;
+  std::array<PointBlock, 3> corners;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vec3& p = to.mesh().corner(std::min(begin + lane, last), static_cast<int>(c));
+      for (int k = 0; k < 3; ++k) corners[c].at[k][lane] = p[k];
+    }
+  }
+  for (unsigned may = to.kernels().lower_triangles(corners.data(), minorant.probe()); may != 0; may &= may - 1) {
+    const std::uint32_t t = begin + static_cast<std::uint32_t>(std::countr_zero(may));
+    if (t <= last) minorant.add(t);
+  }
 }
 
 }  // namespace
@@ -178,15 +190,12 @@ std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>
     const double reach = minorant.reach();
     if (entry.distance_sq > near_limit(reach * reach)) continue;
     if (!(entry.child & WideNode::kLeaf)) {
-      size = push_children(to.nodes()[entry.child], minorant, stack.data(), size);
+      size = push_children(to.kernels(), to.nodes()[entry.child], minorant, stack.data(), size);
       boxes += kLanes;
       if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
       continue;
     }
-    const std::uint32_t block = entry.child & ~WideNode::kLeaf;
-    for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) {
-      if (minorant.is_near(t)) minorant.add(t);
-    }
+    add_block(to, entry.child & ~WideNode::kLeaf, minorant);
     work.triangle_tests += kTestsOfOne * kLanes;
     if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
   }

@@ -13,6 +13,8 @@
 namespace meshgauge {
 namespace {
 
+constexpr std::size_t kMaxVisits = 32;  // of triangles of B by one overlay
+
 double sum(const Linear& f) { return f[0] + f[1] + f[2]; }
 
 PartCut longest_edge(const std::array<Corner, 3>& corners) {
@@ -72,16 +74,34 @@ Linear PartBounder::high_of(const Part& part, Work& work) {
     }
     if (sum(high) < sum(best)) best = high;
   }
-  tighten_by_overlay(part, best, work);
-  for (double& value : best) value += slack_high(part.depth);
+  const double slack = slack_high(part.depth);
+  if (!is_within(best, slack, part, work)) tighten_by_overlay(part, best, work);
+  for (double& value : best) value += slack;
   return best;
+}
+
+// Whether the part is within the first limit that its corners are within. Lowers `high` where the overlay shows it.
+bool PartBounder::is_within(Linear& high, double slack, const Part& part, Work& work) {
+  const auto& [a, b, c] = part.corners;
+  const double farthest = std::max({a.distance, b.distance, c.distance});
+  for (const double limit : limits_) {
+    if (farthest + slack > limit) continue;
+    if (most(high) + slack <= limit) return true;
+    Piece piece;
+    piece.corners = part.corners;
+    const double most_allowed = limit - slack - 8 * rounding::kUnit;  // less the rounding of the sum
+    const auto attempt = overlay_.attempt(piece, std::array{a.slot, b.slot, c.slot}, most_allowed, kMaxVisits, work);
+    if (!attempt.upper) return false;
+    high = {*attempt.upper, *attempt.upper, *attempt.upper};
+    return true;
+  }
+  return false;
 }
 
 // Where several triangles of B lie under the part, none of them bounds it well. The overlay bounds the distance above
 // the linear function of the corners' distances.
 void PartBounder::tighten_by_overlay(const Part& part, Linear& high, Work& work) {
   constexpr double kLoose = 1.02;  // below that many times the distances, little is to be gained
-  constexpr std::size_t kMaxVisits = 32;
   const auto& [a, b, c] = part.corners;
   const double distances = a.distance + b.distance + c.distance;
   const double room = (sum(high) - distances) / 3;
@@ -104,9 +124,11 @@ Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, Wor
   return part;
 }
 
-bool PartBounder::bound_below(Part& part, Work& work, const Interrupted* stop) {
+bool PartBounder::bound_below(Part& part, double most, Work& work, const Interrupted* stop) {
   const double slack = slack_low(part.depth);
-  const auto minorant = linear_minorant(to_, part.corners, sum(part.enclosure.low) + 3 * slack, work, stop);
+  std::array<Corner, 3> corners = part.corners;
+  for (Corner& corner : corners) corner.distance = std::min(corner.distance, most + 2 * slack);
+  const auto minorant = linear_minorant(to_, corners, sum(part.enclosure.low) + 3 * slack, work, stop);
   if (!minorant) return false;
   Linear low = *minorant;
   for (double& value : low) value -= slack;
@@ -168,6 +190,7 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
     half.corners = {part.corners[end], between, c};
     half.weight = part.weight * (second ? 1 - cut.at : cut.at);
     half.depth = part.depth + 1;
+    half.is_cell = part.is_cell;
     half.enclosure.high = high_of(half, work);
     // The parent's functions hold on the exact part, up to the rounding of the new value.
     const Enclosure& known = part.enclosure;
@@ -176,6 +199,63 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
     half.enclosure.low = {known.low[end], value(known.low) - rounding::kCutValueSlack, known.low[cut.c]};
   }
   return parts;
+}
+
+// With F the prepared triangle, the affine map of F onto the exact part keeps shares of areas, and moves no point
+// farther than a corner. So a triangle C of F has the share |C| / |F| of the part's weight: R18.
+std::optional<CellParts> PartBounder::cells(const Part& part, Work& work) {
+  if (part.depth + rounding::kCellLevels >= rounding::kDepthAllowance) return std::nullopt;
+  Piece piece;
+  piece.corners = part.corners;
+  const auto& [a, b, c] = part.corners;
+  const auto found = overlay_.cells(piece, std::array{a.slot, b.slot, c.slot}, kMaxVisits, work);
+  if (!found || found->cells.size() < 2) return std::nullopt;
+  const double whole = found->frame.length * found->frame.cy;  // areas here are doubled
+  CellParts made;
+  double sum = 0;
+  for (const Overlay::Cell& cell : found->cells) sum += add_cell(part, found->frame, cell, whole, made.parts);
+  work.subdivisions += made.parts.size();
+  const double error =
+      std::abs(sum - whole) + rounding::cell_error(found->cells.size(), made.parts.size(), found->frame.length);
+  if (!(error <= most_cell_error_ * whole)) return std::nullopt;
+  made.error = part.weight * (error / whole);
+  return made;
+}
+
+// Adds the parts of a cell. Returns their area.
+double PartBounder::add_cell(const Part& part, const PreparedTriangle& frame, const Overlay::Cell& cell, double whole,
+                             std::vector<Part>& made) const {
+  const PreparedTriangle over = to_.prepared(cell.triangle);
+  const Polygon& polygon = cell.polygon;
+  std::array<Corner, Polygon::kMaxCorners> corners;
+  for (std::size_t i = 0; i < polygon.size; ++i) {
+    const Vec3 p = frame.a + polygon.corners[i].x() * frame.e1 + polygon.corners[i].y() * frame.e2;
+    corners[i] = {p, distance(over, p), cell.triangle};
+  }
+  const double low = std::max(least(part.enclosure.low), 0.0);
+  double sum = 0;
+  for (std::size_t i = 2; i < polygon.size; ++i) {
+    const Vec2 x = polygon.corners[i - 1] - polygon.corners[0], y = polygon.corners[i] - polygon.corners[0];
+    const double area = std::max(x.x() * y.y() - x.y() * y.x(), 0.0);
+    sum += area;
+    Part one{{corners[0], corners[i - 1], corners[i]}, {{low, low, low}, {}}, part.weight * (area / whole)};
+    one.depth = part.depth + rounding::kCellLevels;
+    one.is_cell = one.is_rough = true;
+    for (std::size_t k = 0; k < 3; ++k) one.enclosure.high[k] = one.corners[k].distance + slack_high(one.depth);
+    made.push_back(one);
+  }
+  return sum;
+}
+
+bool PartBounder::measure(Part& part, Work& work, const Interrupted* stop) {
+  for (Corner& corner : part.corners) {
+    corner = nearest_corner(to_, corner.point, work, stop, corner.slot);
+    if (!corner.complete) return false;
+  }
+  part.is_rough = false;
+  const Linear high = high_of(part, work);
+  if (sum(high) < sum(part.enclosure.high)) part.enclosure.high = high;
+  return true;
 }
 
 bool PartBounder::can_narrow(const Part& part) const {

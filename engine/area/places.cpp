@@ -1,11 +1,13 @@
 #include "engine/area/places.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <utility>
 #include <vector>
 
 #include "engine/conclusion.h"
+#include "engine/kernels/kernels.h"
 #include "engine/mesh_index.h"
 #include "engine/rounding.h"
 #include "engine/search.h"
@@ -16,6 +18,37 @@ namespace {
 
 constexpr std::size_t kBlocksATask = 4;
 constexpr std::size_t kWorthASweep = 2;  // the sweep visits all triangles: one of so many has to be unknown
+
+double gap_sq(const Box& a, const Box& b) {
+  return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0.0).squaredNorm();
+}
+
+// Whether each triangle of B is surely farther than `limit` from the box: so are their boxes, or those around them
+// (R6).
+bool is_beyond(const Bvh& to, const Box& box, double limit) {
+  const double near = far_limit(limit * limit);
+  std::array<std::uint32_t, kMaxStack> stack;
+  std::size_t size = 0;
+  stack[size++] = Bvh::kRoot;
+  while (size > 0) {
+    const std::uint32_t child = stack[--size];
+    if (child & WideNode::kLeaf) {
+      const std::uint32_t block = child & ~WideNode::kLeaf;
+      for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) {
+        Box around;
+        for (int i = 0; i < 3; ++i) around.extend(to.mesh().corner(t, i));
+        if (gap_sq(box, around) <= near) return false;
+      }
+      continue;
+    }
+    const WideNode& node = to.nodes()[child];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (node.child[lane] != WideNode::kNone && gap_sq(box, Bvh::child_box(node, lane)) <= near)
+        stack[size++] = node.child[lane];
+    }
+  }
+  return true;
+}
 
 // Ends a sweep when the job must end.
 class AreaMonitor final : public Monitor {
@@ -49,7 +82,18 @@ class PlaceFinder {
   }
 
  private:
-  // With c the middle of a block's box and r half its diagonal: d(c,B) - r <= d(x,B) <= d(c,B) + r for its points x.
+  Box box_of(std::size_t begin, std::size_t end) const {
+    Box box;
+    for (std::size_t t = begin; t < end; ++t) {
+      for (int i = 0; i < 3; ++i) box.extend(in_.from.view().corner(t, i));
+    }
+    return box;
+  }
+  void set(std::size_t begin, std::size_t end, Place place) {
+    for (std::size_t t = begin; t < end; ++t) places_[t] = place;
+  }
+
+  // With c the middle of a block's box and r half its diagonal: d(x,B) <= d(c,B) + r for its points x.
   bool place_blocks() {
     std::atomic<bool> stopped{false};
     std::atomic<std::size_t> unknown{0};
@@ -61,23 +105,27 @@ class PlaceFinder {
       Work work;
       for (std::size_t b = task * kBlocksATask; b < std::min(count, (task + 1) * kBlocksATask) && !stopped; ++b) {
         const std::size_t begin = b * size, end = std::min(begin + size, places_.size());
-        Box box;
-        for (std::size_t t = begin; t < end; ++t) {
-          for (int i = 0; i < 3; ++i) box.extend(in_.from.view().corner(t, i));
+        const Box box = box_of(begin, end);
+        if (is_beyond(in_.to, box, high_)) {
+          set(begin, end, Place::beyond);
+          continue;
         }
         const Vec3 centre = (box.low + box.high) * 0.5;
         const Corner found = nearest_corner(in_.to, centre, work, &stop_, hint);
         hint = found.slot;
         if (!found.complete) stopped = true;
-        const double radius = farthest_of_box(box, centre) + rounding::kDistanceSlack;
-        Place place = found.distance + radius <= low_ ? Place::within : Place::unknown;
-        if (found.distance - radius > high_) {
-          const auto below = certified_distance_below(in_.to, centre, &stop_);
-          if (!below) stopped = true;
-          if (below && *below - radius > high_) place = Place::beyond;
+        if (found.distance + farthest_of_box(box, centre) + rounding::kDistanceSlack <= low_) {
+          set(begin, end, Place::within);
+          continue;
         }
-        for (std::size_t t = begin; t < end; ++t) places_[t] = place;
-        if (place == Place::unknown) unknown += end - begin;
+        unknown += end - begin;
+        if (found.distance <= high_) continue;
+        for (std::size_t few = begin; few < end; few += kLanes) {
+          const std::size_t last = std::min(few + kLanes, end);
+          if (!is_beyond(in_.to, box_of(few, last), high_)) continue;
+          set(few, last, Place::beyond);
+          unknown -= last - few;
+        }
       }
     });
     unknown_ = unknown;
@@ -93,6 +141,7 @@ class PlaceFinder {
     Search search(in_.from.view(), in_.from.box, in_.to, goal, 0, monitor, in_.pool);
     search.set_options(in_.options);
     search.set_adjacency_source([this] { return &in_.adjacency; });
+    search.take_adjacency();
     if (const auto why = sweep(search, in_.from, in_.to_mesh)) return *why == Stop::budget;
     search.depth_first();
     std::vector<bool> kept(places_.size());

@@ -247,7 +247,7 @@ void SideSearch::find_side(PartBounder& bounder, SidePart& part, Learnt& learnt,
                                            [](const Corner& a, const Corner& b) { return a.distance < b.distance; });
   if (!(farthest.distance > slack)) return;
   if (!part.side || least(part.part.enclosure.low) <= 0) {
-    if (!bounder.bound_below(part.part, work, &stop_)) learnt.stopped = true;
+    if (!bounder.bound_below(part.part, in_.most, work, &stop_)) learnt.stopped = true;
     const Linear& low = part.part.enclosure.low;
     const auto highest = static_cast<std::size_t>(std::max_element(low.begin(), low.end()) - low.begin());
     part.side.reset();

@@ -16,12 +16,13 @@ double root_down(double x) { return std::max(std::nextafter(std::sqrt(x), 0.0), 
 
 // With areas a = w + e, 0 <= e, sum e <= error, and values x in [0, most]: sum a x / sum a is largest when all of the
 // error has the value `most`, and then at most (sum w x + error * most) / sum w; it is at least
-// sum w x / (sum w + error).
+// sum w x / (sum w + error). Cells (part.h) add cell_error * most to the former sum and take it from the latter.
 AreaInterval TotalArea::average(double low, double high, double most) const {
   if (none()) return {0, most};
   const double off = 2 * rounding::sum_error(terms) + rounding::kMeanSlack;
-  const double upper = (high + error * most) / weight * (1 + off);
-  const double lower = low / (weight + error) * (1 - off);
+  const double cells = cell_error * most * (1 + 0x1p-20);  // the sum of at most 2^32 errors
+  const double upper = (high + cells + error * most) / weight * (1 + off);
+  const double lower = (low * (1 - off) - cells) / (weight + error) * (1 - off);
   return {std::clamp(lower, 0.0, most), std::clamp(upper, 0.0, most)};
 }
 

@@ -51,6 +51,7 @@ struct MeanSum {
 struct TotalArea {
   double weight = 0;
   double error = 0;
+  double cell_error = 0;  // the sum of CellParts::error
   std::size_t terms = 0;
 
   bool none() const { return !(weight > 0); }

@@ -16,6 +16,11 @@ constexpr double kParameterSlack = 8 * rounding::kUnit;
 // Limit of the triangles tried around one edge. An edge with more counts as blocked, which is always safe.
 constexpr int kMaxAround = 16;
 
+// Whether the piece is wide enough, and its frame good enough.
+bool is_fit(const Preparation& piece) {
+  return piece.residual <= 32 * rounding::kUnit && piece.triangle.cy > 4 * kOffset;
+}
+
 // A vertex of B projected into the piece's plane.
 struct Seen {
   Vec2 at;                  // its image
@@ -40,6 +45,7 @@ struct Overlay::View {
   double limit = 0;
   double farthest = 0;  // the bound so far
   const Base* base = nullptr;
+  bool takes_cells = false;  // instead of a bound
   std::optional<Vec3> too_far;
 
   View(const PreparedTriangle& prepared, double most, const Base* above) : frame(prepared), limit(most), base(above) {
@@ -176,12 +182,30 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
                                   std::size_t max_visits, Work& work, const Base* base) {
   const auto& [p0, p1, p2] = piece.corners;
   const Preparation prepared = prepare(p0.point, p1.point, p2.point);
-  if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset)
-    return {true, std::nullopt, std::nullopt};
+  if (!is_fit(prepared)) return {true, std::nullopt, std::nullopt};
 
   const double slack = base ? rounding::kOverlayBaseSlack : rounding::kOverlaySlack;
   if (!(limit > slack)) return {true, std::nullopt, std::nullopt};  // the slack alone exceeds it
   View view(prepared.triangle, limit - slack, base);
+  if (!start(view, starts, max_visits)) return {};
+  if (!flood(view, max_visits, work)) return {true, std::nullopt, view.too_far};
+  return {true, view.farthest + slack, std::nullopt};
+}
+
+std::optional<Overlay::Cells> Overlay::cells(const Piece& piece, std::span<const std::uint32_t> starts,
+                                             std::size_t max_visits, Work& work) {
+  const auto& [p0, p1, p2] = piece.corners;
+  const Preparation prepared = prepare(p0.point, p1.point, p2.point);
+  if (!is_fit(prepared)) return std::nullopt;
+  View view(prepared.triangle, 0, nullptr);
+  view.takes_cells = true;
+  cells_.clear();
+  if (!start(view, starts, max_visits) || !flood(view, max_visits, work)) return std::nullopt;
+  return Cells{prepared.triangle, cells_};
+}
+
+// Opens the first of `starts` that lies over the piece. False: none does.
+bool Overlay::start(View& view, std::span<const std::uint32_t> starts, std::size_t max_visits) {
   open_.clear();
   seen_.start(3 * max_visits + 1);  // each visit opens at most three
   for (const std::uint32_t t : starts) {
@@ -189,17 +213,19 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
     if (!view.set_start(image)) continue;
     seen_.add(t);
     open_.push_back(image);
-    break;
+    return true;
   }
-  if (open_.empty()) return {};
+  return false;
+}
 
+bool Overlay::flood(View& view, std::size_t max_visits, Work& work) {
   for (std::size_t visits = 0; !open_.empty(); ++visits) {
-    if (visits == max_visits) return {true, std::nullopt, std::nullopt};
+    if (visits == max_visits) return false;
     const Image image = open_.back();
     open_.pop_back();
-    if (!visit(view, image, work)) return {true, std::nullopt, view.too_far};
+    if (!visit(view, image, work)) return false;
   }
-  return {true, view.farthest + slack, std::nullopt};
+  return true;
 }
 
 // Bounds the part of the piece that the image covers and opens the neighbours. False: the bound fails.
@@ -207,13 +233,15 @@ bool Overlay::visit(View& view, const Image& image, Work& work) {
   ++work.triangle_tests;
   const auto inner = View::inner_sides(image);
   if (!inner) return false;
-  const bool whole = view.add_whole(image);
+  if (view.takes_cells) cells_.push_back({image.triangle, view.common(*inner, kOffset)});
+  const bool whole = view.takes_cells || view.add_whole(image);
   if (!whole && !view.add(target_.prepared(image.triangle), view.common(*inner, kOffset), work)) return false;
   for (std::uint32_t edge = 0; edge < 3; ++edge) {
     const Seen &a = image.corners[edge], &b = image.corners[(edge + 1) % 3];
     const HalfPlane& side = (*inner)[edge];
     if (!view.meets_piece(a, b) || cross(view, image, edge, side)) continue;
     if (side.surely_outside(view.start, kOffset)) continue;  // cannot be crossed outwards
+    if (view.takes_cells) return false;
     if (!view.add(target_.prepared(image.triangle), view.shadow(side, a.at, b.at), work)) return false;
   }
   return true;

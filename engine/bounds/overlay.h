@@ -109,10 +109,27 @@ class Overlay {
   Attempt attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit, std::size_t max_visits,
                   Work& work, const Base* base = nullptr);
 
+  // A part of a piece and the triangle of B that is seen over it.
+  struct Cell {
+    std::uint32_t triangle;
+    Polygon polygon;
+  };
+  // Cells in the plane of the piece's prepared triangle.
+  struct Cells {
+    PreparedTriangle frame;
+    std::span<const Cell> cells;
+  };
+  // Divides the piece into the parts that B's triangles lie over: each of its points is within 36u of a cell. Cells may
+  // overlap. nullopt: as a failed attempt(), or an edge is blocked. The result is valid until the next call.
+  std::optional<Cells> cells(const Piece& piece, std::span<const std::uint32_t> starts, std::size_t max_visits,
+                             Work& work);
+
  private:
   struct View;
   struct Image;
 
+  bool start(View& view, std::span<const std::uint32_t> starts, std::size_t max_visits);
+  bool flood(View& view, std::size_t max_visits, Work& work);
   bool visit(View& view, const Image& image, Work& work);
   bool cross(const View& view, const Image& image, std::uint32_t edge, const HalfPlane& side);
 
@@ -120,6 +137,7 @@ class Overlay {
   const Adjacency& adjacency_;
   SeenTriangles seen_;
   std::vector<Image> open_;
+  std::vector<Cell> cells_;
 };
 
 }  // namespace meshgauge

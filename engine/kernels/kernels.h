@@ -75,6 +75,12 @@ struct Kernels {
   // Bounds the difference of height between the piece and each triangle of the block over their common part. The bits
   // err to the safe side: rounding.h R11.
   PatchCover (*cover)(const PatchBlock& block, const PatchPiece& piece, double limit);
+
+  // Returns the boxes, or the triangles with the corners corners[0..2], that may lower a bound. Bit i: of lane i. The
+  // squared distances are those of the boxes from the centre. Rounding: R12.
+  unsigned (*lower_boxes)(const PointBlock& low, const PointBlock& high, const LowerProbe& probe,
+                          double distances_sq[kLanes]);
+  unsigned (*lower_triangles)(const PointBlock corners[3], const LowerProbe& probe);
 };
 
 // The kernels that this processor can run, the fastest first, `scalar` last. Constant; thread safe.

@@ -50,6 +50,17 @@ struct PointBlock {
   alignas(64) double at[3][kLanes];
 };
 
+// What may lower a linear lower bound (engine/area/minorant.h): what is near the centre and, in each of the directions,
+// higher than its top.
+struct LowerProbe {
+  static constexpr std::size_t kMaxDirections = 5;
+  double centre[3];
+  double limit_sq;  // of the distance from the centre: far_limit()
+  double n[kMaxDirections][3];
+  double tops[kMaxDirections];
+  std::size_t directions;
+};
+
 // Beyond every coordinate in a patch frame.
 inline constexpr double kPatchNowhere = 8;
 

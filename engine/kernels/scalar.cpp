@@ -109,7 +109,7 @@ double farthest_sq(const TriangleBlock& block, std::size_t lane, const PointBloc
   return farthest;
 }
 
-// What patch.inc needs, for vectors of one lane.
+// What lower.inc and patch.inc need, for vectors of one lane.
 using V = double;
 constexpr std::size_t kStep = 1;
 V spread(double x) { return x; }
@@ -123,10 +123,13 @@ bool both(bool a, bool b) { return a && b; }
 bool except(bool a, bool b) { return a && !b; }
 unsigned bits(bool yes) { return yes ? 1 : 0; }
 
+#include "engine/kernels/lower.inc"
 #include "engine/kernels/patch.inc"
 
 }  // namespace
 
-Kernels scalar_kernels() { return {"scalar", prepare, nearest, farthest_sq, project, cover}; }
+Kernels scalar_kernels() {
+  return {"scalar", prepare, nearest, farthest_sq, project, cover, lower_boxes, lower_triangles};
+}
 
 }  // namespace meshgauge

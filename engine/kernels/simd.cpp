@@ -290,7 +290,7 @@ double prepare(const PointBlock corners[3], TriangleBlock& out) {
   return residual;
 }
 
-// What patch.inc needs.
+// What lower.inc and patch.inc need.
 using V = D;
 using M = hn::Mask<Doubles>;
 constexpr std::size_t kStep = hn::MaxLanes(kDoubles);
@@ -309,6 +309,7 @@ unsigned bits(M mask) {
   return result[0];
 }
 
+#include "engine/kernels/lower.inc"
 #include "engine/kernels/patch.inc"
 
 }  // namespace
@@ -319,6 +320,8 @@ void fill(Kernels& kernels) {
   kernels.farthest_sq = farthest_sq;
   kernels.project = project;
   kernels.cover = cover;
+  kernels.lower_boxes = lower_boxes;
+  kernels.lower_triangles = lower_triangles;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -141,6 +141,52 @@ TEST_CASE("nearest: the same triangle and bits on every set, with and without a 
   }
 }
 
+TEST_CASE("lower: the same lanes and bits on every set, and none is left out that may lower") {
+  Dice dice(67);
+  std::size_t left_out = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto corners = dice.triangles();
+    PointBlock low = corners[0], high = corners[0];
+    LowerProbe probe{};
+    for (int k = 0; k < 3; ++k) {
+      probe.centre[k] = dice.coordinate();
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        low.at[k][lane] = std::min({corners[0].at[k][lane], corners[1].at[k][lane], corners[2].at[k][lane]});
+        high.at[k][lane] = std::max({corners[0].at[k][lane], corners[1].at[k][lane], corners[2].at[k][lane]});
+      }
+    }
+    probe.limit_sq = std::abs(dice.coordinate());
+    probe.directions = static_cast<std::size_t>(round) % (LowerProbe::kMaxDirections + 1);
+    for (std::size_t d = 0; d < probe.directions; ++d) {
+      probe.tops[d] = dice.coordinate();
+      for (double& n : probe.n[d]) n = dice.coordinate();
+    }
+    alignas(64) double expected_sq[kLanes];
+    const unsigned boxes = reference().lower_boxes(low, high, probe, expected_sq);
+    const unsigned triangles = reference().lower_triangles(corners.data(), probe);
+    for (const Kernels& kernels : supported_kernels()) {
+      alignas(64) double distances_sq[kLanes];
+      REQUIRE(kernels.lower_boxes(low, high, probe, distances_sq) == boxes);
+      REQUIRE(same_bits(distances_sq, expected_sq));
+      REQUIRE(kernels.lower_triangles(corners.data(), probe) == triangles);
+    }
+    const Vec3 centre(probe.centre[0], probe.centre[1], probe.centre[2]);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const Vec3 off = (point(low, lane) - centre).cwiseMax(centre - point(high, lane)).cwiseMax(0.0);
+      bool may = off.squaredNorm() <= probe.limit_sq;
+      for (std::size_t d = 0; d < probe.directions; ++d) {
+        double top = -1e300;
+        for (const PointBlock& corner : corners)
+          top = std::max(top, Vec3(probe.n[d][0], probe.n[d][1], probe.n[d][2]).dot(point(corner, lane)));
+        may = may && top > probe.tops[d] + 1e-14;
+      }
+      if (may) CHECK((triangles & boxes & (1U << lane)) != 0);
+      left_out += (triangles & (1U << lane)) == 0 ? 1 : 0;
+    }
+  }
+  CHECK(left_out > kRounds);
+}
+
 TEST_CASE("farthest: the same bits on every set, and the distances of the closest points") {
   Dice dice(64);
   std::mt19937_64 random(65);
