@@ -13,6 +13,7 @@ import zipfile
 
 from harness import ROOT, SQUARE, ServerCase, post_head
 from maps import Glb
+from test_batches import accepted, ended, results, submit
 
 CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", ROOT.parent / "shared" / "corpus"))
 SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
@@ -122,6 +123,21 @@ class Clouds(FormatCase):
         self.assertEqual((glb.primitive["mode"], glb.accessor("POSITION")["count"]), (0, 1 + 1))
         self.assertEqual((glb.extras["candidate_triangles"], glb.extras["candidate_vertices"]), (0, 3))
         self.assertEqual(self.server.get(path + "/deviation.glb?of=b").status, 200)
+
+    def test_in_a_batch(self):
+        def put(content, name):
+            return self.server.send("POST", "/v1/meshes", content, 'Content-Disposition: attachment; filename="%s"\r\n' % name).json()["id"]
+        square, scans = put(SQUARE, "b.obj"), [put(b"0 0 0.5\n1 1 0.5\n", "near.xyz"), put(b"0 0 3\n1 1 0\n", "far.xyz")]
+        manifest = {"options": {"direction": "a_to_b", "gate": {"max_distance": 1}},
+                    "comparisons": [{"name": name, "a": scan, "b": square} for name, scan in zip(("near", "far"), scans)] +
+                                   [{"name": "to a cloud", "a": square, "b": scans[0]}]}
+        path = accepted(submit(self.server, manifest))
+        counts = ended(self.server, path)["counts"]
+        self.assertEqual((counts["pass"], counts["fail"], counts["failed"]), (1, 1, 1))
+        found = {line["name"]: line for line in results(self.server, path)}
+        self.assertEqual([found[name]["result"]["meshes"]["a"]["triangles"] for name in ("near", "far")], [0, 0])
+        self.assertIn("is a point cloud of 2 points", found["to a cloud"]["problem"]["detail"])
+        self.assertRegex(self.server.get(path + "/junit.xml").body.decode(), r"distance in \[\S+, 3\S*\], limit 1")
 
     def test_hostile_files(self):
         for content, status, slug, where in ((b"0 0\n", 422, "unreadable-mesh", "line 1"), (b"0 0 nan\n", 422, "non-finite-vertex", "line 1"),
