@@ -15,6 +15,7 @@
 #include "api/refused.h"
 #include "api/request.h"
 #include "check/files.h"
+#include "check/manifest/expect_setting.h"
 #include "check/manifest/manifest.h"
 #include "check/manifest/names.h"
 #include "check/manifest/naming.h"
@@ -92,6 +93,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (auto ok = set_limits(flags, gate); !ok) return ok.error();
   if (auto ok = set_units(flags.units, gate.options.units); !ok) return ok.error();
   if (auto ok = set_align(flags.align, gate.options.align); !ok) return ok.error();
+  if (auto ok = read_flag("--expect", flags.expect, check::parse_expect, gate.expect); !ok) return ok.error();
   gate.cloud = flags.cloud;
   return gate;
 }
@@ -103,6 +105,7 @@ Result<Done> fit_manifest(const CheckFlags& flags) {
                                                 {"--zone", flags.zone.has_value()},
                                                 {"--uncertainty", flags.uncertainty.has_value()},
                                                 {"--regions", flags.regions.has_value()},
+                                                {"--expect", flags.expect.has_value()},
                                                 {"--unit", flags.units.both.has_value()},
                                                 {"--unit-a", flags.units.a.has_value()},
                                                 {"--unit-b", flags.units.b.has_value()},
@@ -185,6 +188,9 @@ void declare_measuring(CLI::App& command, CheckFlags& flags) {
   command.add_option("--uncertainty", flags.uncertainty,
                      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
   command.add_option("--regions", flags.regions, kRegionsHelp);
+  command.add_option(
+      "--expect", flags.expect,
+      "What CANDIDATE itself has to be like: '{watertight: true, triangles: {max: 20000}}'; docs/check.md");
   declare(command, flags.units, "CANDIDATE", "BASELINE");
   command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
   command.add_flag("--cloud", flags.cloud, "CANDIDATE may be a point cloud; an XYZ always may");

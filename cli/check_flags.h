@@ -19,8 +19,8 @@ namespace meshgauge::cli {
 
 struct CheckFlags {
   std::vector<std::string> files;  // candidate and baseline, or a manifest
-  std::optional<std::string> max_distance, max_share_beyond, zone, uncertainty, regions, direction, timeout, strategy,
-      align;
+  std::optional<std::string> max_distance, max_share_beyond, zone, uncertainty, regions, expect, direction, timeout,
+      strategy, align;
   UnitFlags units;
   std::optional<double> threads;
   bool statistics = false;

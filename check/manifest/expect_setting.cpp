@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "api/json_filter.h"
+#include "api/refused.h"
 #include "api/request.h"
 #include "check/manifest/quantities.h"
 #include "check/manifest/suggestion.h"
@@ -108,6 +109,16 @@ void read_expect(const Setting& setting, Draft& draft, Mistakes& mistakes) {
     const std::string name = std::string(setting.key) + "." + std::string(key);
     reader->read({name, map.items[i]}, expect, mistakes);
   }
+}
+
+Result<Expectations> parse_expect(std::string_view text) {
+  Mistakes mistakes;
+  const auto tree = parse_yaml(text, mistakes);
+  Draft draft;
+  if (tree) read_expect({"expect", *tree}, draft, mistakes);
+  const auto found = std::move(mistakes).sorted();
+  if (!found.empty()) return refused(found.front().message);
+  return draft.gate.expect;
 }
 
 }  // namespace meshgauge::check

@@ -1,22 +1,23 @@
-// The README's pictures: screenshots of the real page, on meshes of the project's own. ./dev gallery [NAME...]
+// The pictures of the README and docs: screenshots of the real page and report, on meshes of the project's own. ./dev gallery [NAME...]
 //
 // Writes docs/gallery/NAME.png, 1200 pixels wide and with 256 colours at most (pngquant), so that each stays small. What they
 // show is the same each time but for what a clock says: times in ms, and how far an interval has shrunk.
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawnSync } from "node:child_process";
 import { mkdirSync, mkdtempSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { pathToFileURL } from "node:url";
 import { launch, Tab } from "./browser/browser.mjs";
 import { ply, stl, written, xyz } from "./browser/meshes.mjs";
 import { Walk } from "./browser/page.mjs";
 import { json, stored } from "./browser/batches.mjs";
 import { nightly } from "./gallery_batch.mjs";
-import { asked, root, startService } from "./browser/service.mjs";
-import { drawn, ground, moved, printed } from "./gallery_meshes.mjs";
+import { asked, binary, root, startService } from "./browser/service.mjs";
+import { drawn, ground, holed, moved, printed } from "./gallery_meshes.mjs";
 
 const to = join(root, "docs/gallery"), most = 250_000;
 const folder = mkdtempSync(join(tmpdir(), "meshgauge-gallery-"));
-const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)), "gear_scan.xyz": xyz(printed()), "gear_moved.stl": stl(moved()) });
+const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)), "gear_scan.xyz": xyz(printed()), "gear_moved.stl": stl(moved()), "gear_holed.stl": stl(holed()) });
 
 const gear = { a: files["gear_printed.stl"], b: files["gear.stl"], limit: "0.3", units: "mm", tolerance: ["relative", "1"] };
 const window = { viewport: { width: 1200, height: 1200 }, reducedMotion: "reduce" };
@@ -69,11 +70,29 @@ const pictures = {
     await save("regions", await walk.page.screenshot());
     return walk;
   },
+  async zone() {
+    const walk = await open({ viewport: { width: 1200, height: 800 } });
+    await measured(walk, { ...gear, limit: "", inside: "0.5", outside: "0.7" });
+    await save("zone", await walk.page.screenshot());
+    return walk;
+  },
   async alignment() {
     const walk = await open({ viewport: { width: 1200, height: 1000 } });
     await measured(walk, { ...gear, a: files["gear_moved.stl"], align: true });
     await save("alignment", await walk.page.screenshot());
     return walk;
+  },
+  // Of the HTML report: a hole in the hub, and more triangles than the gate expects.
+  async expectations() {
+    writeFileSync(join(folder, "gates.yaml"), "version: 1\ngates:\n  - name: gear\n    candidate: gear_holed.stl\n    baseline: gear.stl\n    max_distance: 1 mm\n" +
+      "    expect: {watertight: true, triangles: {max: 20000}, degenerate: 0, components: 1, volume: {within: 1 %}}\n");
+    const { status } = spawnSync(binary, ["check", "gates.yaml", "--html", "report.html"], { cwd: folder });
+    if (status !== 1) throw new Error(`check ended with ${status}`);
+    const page = await (await browser.newContext({ viewport: { width: 1200, height: 1400 } })).newPage();
+    await page.goto(pathToFileURL(join(folder, "report.html")).href);
+    const card = page.locator("article.gate"), box = await card.boundingBox(), table = await card.locator("table").first().boundingBox();
+    await save("expectations", await page.screenshot({ clip: { ...box, height: table.y + table.height + 4 - box.y } }));
+    return { tab: page };
   },
   async batch() {
     const { view } = await nightly(service);

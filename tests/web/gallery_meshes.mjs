@@ -40,6 +40,12 @@ export function printed(place = (p) => p) {
   });
 }
 
+// The printed gear as a broken export left it: without a dozen triangles.
+export function holed() {
+  const { points, triangles } = printed();
+  return { points, triangles: triangles.subarray(36) };
+}
+
 // The printed gear as a scanner saw it: turned by less than half a tooth, tilted by a few degrees, and shifted.
 export function moved() {
   const [turn, tilt] = [0.14, 0.1];

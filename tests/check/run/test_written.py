@@ -39,6 +39,12 @@ class Reports(Workplace):
         self.assertEqual(sarif["tool"]["driver"]["rules"][sarif["results"][0]["ruleIndex"]]["id"], "MG0005")
         self.assertIn("meshgauge/expectation-not-met", (self.folder / "out.code-quality").read_text())
         self.exits(0, self.manifest([("part", "raised.obj", "flat.obj", "3 mm", "expect: {triangles: 2}")]))
+        pair = ("raised.obj", "flat.obj", "--max-distance", "3 mm", "--expect")
+        self.exits(0, *pair, "{triangles: 2, watertight: false}")
+        self.assertIn("triangles: 2, expected 1", self.exits(1, *pair, "{triangles: 1}").stdout)
+        self.fails(*pair, "{triangle: 1}", saying="--expect: unknown key 'triangle'")
+        self.fails(*pair, "watertight", saying="--expect: expect must be a map")
+        self.fails("gates.yaml", "--expect", "{triangles: 1}", saying="--expect")
         self.exits(0, self.manifest([("part", "raised.obj", "flat.obj", "3 mm", "expect: {triangles: 1}", "on_fail: warn")]))
 
     def test_progress_is_plain_lines_without_a_terminal(self):
