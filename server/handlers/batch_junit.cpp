@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/decimal.h"
+#include "api/gate.h"
 #include "api/junit.h"
 #include "server/handlers/batch_document.h"
 #include "server/jobs/job_document.h"
@@ -48,9 +49,10 @@ std::string found_of_area(const nlohmann::json& document, const std::string& uni
 }
 
 // null in a document is infinite.
-std::string number_of(const nlohmann::json& value) {
-  return shortest(value.is_number() ? value.get<double>() : std::numeric_limits<double>::infinity());
+double number_in(const nlohmann::json& value) {
+  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::infinity();
 }
+std::string number_of(const nlohmann::json& value) { return shortest(number_in(value)); }
 
 // "; bore in [0.01, 0.02] mm, limit 0.02 mm: pass" for each region and the rest.
 std::string found_of_regions(const nlohmann::json& document, const std::string& units) {
@@ -66,15 +68,19 @@ std::string found_of_regions(const nlohmann::json& document, const std::string& 
   return text;
 }
 
-// "; inside in [0.01, 0.02] mm, limit 0.05 mm; outside in [0.01, 0.02] mm, limit 0.1 mm", or why there are no sides;
-// empty without a zone.
+// "; inside in [0.01, 0.02] mm, limit 0.05 mm: pass; outside in [0.2, 0.3] mm, limit 0.1 mm: fail", or why there are no
+// sides; empty without a zone.
 std::string found_of_zone(const nlohmann::json& document, const std::string& units) {
   if (!document.contains("sides") || !document["gate"].is_object() || !document["gate"].contains("zone")) return "";
   const auto& sides = document["sides"];
   if (!sides["refused"].is_null()) return "; no sides: " + sides["refused"]["detail"].get<std::string>();
+  const double uncertainty = document["gate"].value("uncertainty", 0.0);
   const auto side = [&](const char* name, double limit) {
+    const double lower = sides[name]["lower"], upper = number_in(sides[name]["upper"]);
+    const auto verdict = to_string(api::verdict_within(lower, upper, limit, uncertainty));
     return std::string("; ") + name + " in [" + number_of(sides[name]["lower"]) + ", " +
-           number_of(sides[name]["upper"]) + "]" + units + ", limit " + shortest(limit) + units;
+           number_of(sides[name]["upper"]) + "]" + units + ", limit " + shortest(limit) + units + ": " +
+           std::string(verdict);
   };
   const auto& zone = document["gate"]["zone"];
   return side("inside", -zone[0].get<double>()) + side("outside", zone[1].get<double>());

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from contract import validate
 from harness import ASYNC, BINARY, ENDED, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, wait_for, wavy_grid
+from test_batches import accepted, ended, pairs, submit
 from test_meshes import compare as compare_stored, id_of
 
 ESTIMATES = ("mean", "rms", "p50", "p95", "p99")
@@ -227,6 +228,13 @@ class LimitsOfTheSides(ServerCase):
         result = self.server.compare(a=MOVED_CUBE, b=SQUARE, options={"sides": True}).json()
         self.assertEqual(result["sides"]["refused"]["reason"], "open")
         self.assertIsNone(result["sides"]["inside"])
+
+    def test_the_report_of_a_batch_names_the_side_that_fails(self):
+        ids = [self.server.send("POST", "/v1/meshes", mesh).json()["id"] for mesh in (MOVED_CUBE, CUBE)]
+        path = accepted(submit(self.server, pairs(ids, options={"gate": {"zone": [-0.3, 0.2]}})))
+        ended(self.server, path)
+        self.assertRegex(self.server.get(path + "/junit.xml").body.decode(),
+                         r"inside in \[\S+, \S+\], limit 0\.3: pass; outside in \[\S+, \S+\], limit 0\.2: fail")
 
     def test_sides_without_a_gate(self):
         result = self.server.compare(a=MOVED_CUBE, b=CUBE, options={"sides": {"length_tolerance": 0.001}}).json()

@@ -20,21 +20,24 @@ export class Walk {
   }
 
   // `limit` as typed; `tolerance: ["diagonal", "1e-4"]`; files are paths, or as Playwright takes them.
-  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout, align }) {
+  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout, align, inside, outside, regions }) {
     const { page } = this;
     if (a) await page.locator("#file-a").setInputFiles(a);
     if (b) await page.locator("#file-b").setInputFiles(b);
     if (limit !== undefined) await page.locator("#limit").fill(limit);
+    if (inside !== undefined) await page.locator("#inside").fill(inside);
+    if (outside !== undefined) await page.locator("#outside").fill(outside);
     if (units !== undefined) await page.locator("#units").selectOption(units);
     if (direction) await page.locator(`[name=direction][value=${direction}]`).check();
     if (tolerance) {
       await page.locator("#toleranceKind").selectOption(tolerance[0]);
       await page.locator("#tolerance").fill(tolerance[1]);
     }
-    if (strategy || timeout || align) await page.locator("#more").evaluate((more) => (more.open = true));
+    if (strategy || timeout || align || regions) await page.locator("#more").evaluate((more) => (more.open = true));
     if (strategy) await page.locator("#strategy").selectOption(strategy);
     if (timeout) await page.locator("#timeout").fill(timeout);
     if (align) await page.locator("#align").check();
+    if (regions) await page.locator("#regions").fill(regions);
   }
 
   press(name) {

@@ -1,14 +1,20 @@
 // Ways through the page that cross: cancelling, going back, measuring again, a service that is away.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { dented, obj, sphere, xyz } from "./meshes.mjs";
+import { dented, obj, sheet, sphere, xyz } from "./meshes.mjs";
 import { difference, picture, spot } from "./pixels.mjs";
 import { asked } from "./service.mjs";
 import { endless, endlessMeshes, lookup, workplace } from "./workplace.mjs";
 
+// A closed torus that faces outwards, of this inner radius.
+const ring = (radius) => sheet(24, 12, (u, v) => {
+  const [a, b] = [2 * Math.PI * u, -2 * Math.PI * v], wide = 1 + radius * Math.cos(b);
+  return [wide * Math.cos(a), wide * Math.sin(a), radius * Math.sin(b)];
+}, { ring: true });
+
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(30)), "dented.obj": obj(dented(30)), "small.obj": obj(sphere(12)), "smaller.obj": obj(dented(12)),
-  "scan.xyz": xyz(dented(20)), "away.obj": obj(dented(30, 0.1, [0.2, 0, 0.1])),
+  "scan.xyz": xyz(dented(20)), "away.obj": obj(dented(30, 0.1, [0.2, 0, 0.1])), "ring.obj": obj(ring(0.4)), "thick.obj": obj(ring(0.5)),
   ...endlessMeshes(),
 }));
 
@@ -198,6 +204,24 @@ test("A is moved to B where that is asked for, and the page says how far", async
   await page.getByText(/mesh a was moved before it was measured, by best fit: .* shifted by/).waitFor();
   await page.getByText("align: rigid").first().waitFor();
   assert.equal((await isThere(walk.id())).result.verdict, "pass");
+  await walk.tab.close();
+});
+
+test("a limit for each side, and regions, as typed and as measured again", async () => {
+  const walk = await place.open(), { page } = walk;
+  await walk.fill({ a: place.files["thick.obj"], b: place.files["ring.obj"], inside: "0.2", regions: "bore" });
+  await walk.measure();
+  await page.getByText("Enter both limits; 0 for a side that allows nothing.").waitFor();
+  await page.getByText("The regions have to be a list in JSON.").waitFor();
+  const regions = JSON.stringify([{ name: "top", box: { min: [-2, -2, 0], max: [2, 2, 2] } }]);
+  await walk.fill({ outside: "0.05", limit: "1", regions });
+  await walk.measure();
+  await walk.measured();
+  await page.getByText(/Outside of the baseline \(B\) the candidate reaches at least 0\.\d+, beyond the limit of 0\.05\. Inside /).first().waitFor();
+  const { result } = await isThere(walk.id());
+  assert.deepEqual([result.verdict, result.gate.zone, result.regions.map(({ name }) => name)], ["fail", [-0.2, 0.05], ["top", "rest"]]);
+  await walk.press("Measure again");
+  assert.deepEqual([await page.locator("#inside").inputValue(), await page.locator("#outside").inputValue(), await page.locator("#regions").inputValue()], ["0.2", "0.05", regions]);
   await walk.tab.close();
 });
 

@@ -8,7 +8,7 @@ import { RowSource } from "../../../server/web/page/batch/source.js";
 import { lasting, nameOf, pageWords, titleOf, wordsOf } from "../../../server/web/page/batch/words.js";
 import { scaleFor } from "../../../server/web/page/plot/strip.js";
 import { positionOf } from "../../../server/web/page/plot/axis.js";
-import { comparison, gate } from "./samples.js";
+import { areaGate, comparison, gate } from "./samples.js";
 
 const id = "0d67c9a2d1b307386f8fc157855c4351";
 const never = new AbortController().signal;
@@ -31,8 +31,15 @@ test("a line of the results and a failure are the same row", () => {
   const line = result(3, { name: null, verdict: "fail", result: comparison({ gate: gate(0.05), distance: { lower: 0.1, upper: 0.2 } }) });
   assert.deepEqual(rowOfResult(line), rowOfFailure(failure(3)));
   assert.deepEqual(rowOfResult(line), {
-    position: 3, name: "Comparison 3", id, kind: "fail", distance: { lower: 0.1, upper: 0.2 }, limit: 0.05, units: "mm", words: "",
+    position: 3, name: "Comparison 3", id, kind: "fail", distance: { lower: 0.1, upper: 0.2 }, limit: 0.05, limits: "0.05\u00A0mm", units: "mm", words: "",
   });
+});
+
+test("a row shows all limits of its gate", () => {
+  const limits = (gate: BatchFailure["gate"]) => rowOfFailure(failure(0, { gate })).limits;
+  assert.equal(limits(null), "");
+  assert.equal(limits(areaGate), "1\u00A0% beyond 0.05\u00A0mm");
+  assert.equal(limits({ ...gate(0.5), zone: [-0.05, 0.1] }), "0.5\u00A0mm, 0.05\u00A0mm inside, 0.1\u00A0mm outside");
 });
 
 test("outcomes of a comparison", () => {

@@ -78,6 +78,18 @@ test("the form that leads to a result asks for the same", () => {
   for (const result of results) assert.deepEqual(buildOptions(valuesOf(result)).options, optionsOf(result));
 });
 
+test("limits of each side, alone or beside another, and regions", () => {
+  assert.deepEqual(build({ inside: "0.05", outside: "0.1", units: "mm" }).options, { gate: { zone: [-0.05, 0.1], narrow: true, units: "mm" } });
+  assert.deepEqual(build({ inside: "-0.05", outside: "+0", limit: "1" }).options, { gate: { max_distance: 1, narrow: true, zone: [-0.05, 0] } });
+  assert.deepEqual(build({ outside: "1" }).mistakes, [{ field: "inside", message: "Enter both limits; 0 for a side that allows nothing." }]);
+  assert.deepEqual(build({ inside: "1", outside: "-1" }).mistakes, [{ field: "outside", message: "The limit cannot be negative." }]);
+  const regions = [{ name: "bore", box: { min: [0, 0, 0], max: [1, 1, 1] } }];
+  assert.deepEqual(build({ limit: "1", regions: JSON.stringify(regions) }).options, { gate: { max_distance: 1, narrow: true }, regions });
+  assert.equal(build({ regions: "bore" }).mistakes[0]?.field, "regions");
+  const values = valuesOf(comparison({ gate: { max_distance: null, zone: [-0.05, 0.1], units: "mm" } }));
+  assert.deepEqual([values.limit, values.inside, values.outside, values.units], ["", "0.05", "0.1", "mm"]);
+});
+
 test("a result states its alignment", () => {
   const moved = { moved: "a" as const, method: "best_fit" as const, transform: { row_major: [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] }, angle_degrees: 0, shift: 5,
     largest_displacement: 5, residual: 0.1, residual_before: 5, samples: 8192, principal_axes: false, overlap: 1, converged: true, steps: 3, starts: 13 };

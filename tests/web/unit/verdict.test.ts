@@ -54,6 +54,16 @@ test("each end of the work that leaves a gate undecided has its own advice", () 
   assert.match(words(comparison({ verdict: "undecided", gate: gate(0.097), status: "timeout" }), 180_000).proof, /more threads/);
 });
 
+test("a zone is worded by the side that fails, first", () => {
+  const side = (lower: number, upper: number) => ({ lower, upper, point_a: null, triangle_a: null });
+  const sides = { certified: true as const, status: "complete" as const, length_tolerance: 0.01, pieces: 1, refused: null, inside: side(0.01, 0.02), outside: side(0.2, 0.21) };
+  const zone: [number, number] = [-0.05, 0.1];
+  const told = words(comparison({ verdict: "fail", gate: { max_distance: null, zone, units: "mm" }, sides }));
+  assert.equal(told.reason, "Outside of the baseline (B) the candidate reaches at least 0.2 mm, beyond the limit of 0.1 mm. Inside of the baseline (B) the candidate reaches at most 0.02 mm, within the limit of 0.05 mm.");
+  const open = words(comparison({ verdict: "undecided", gate: { max_distance: null, zone, uncertainty: 0.04, units: "mm" }, sides: { ...sides, outside: side(0.05, 0.06) } }));
+  assert.match(open.reason, /^Inside of the baseline \(B\) the candidate reaches 0.01 to 0.02 mm, which does not decide the limit of 0.05 mm ± 0.04 mm\. Outside .* at most 0.06 mm, within/);
+});
+
 test("a limit of the area is worded alone, and beside one of the distance", () => {
   const share_beyond = areaBeyond(0.0021, 0.0027, "pass");
   const told = words(comparison({ verdict: "pass", gate: areaGate, share_beyond }));

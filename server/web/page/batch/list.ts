@@ -2,7 +2,7 @@
 import { button, h, scroller, type Announcer } from "../dom.js";
 import { scaleFor, strip, stripStripes, type StripScale } from "../plot/strip.js";
 import { pathOf } from "../route.js";
-import { grouped, intervalWords, plain, withUnits } from "../text/numbers.js";
+import { grouped, intervalWords } from "../text/numbers.js";
 import { asSentence, explain } from "../text/problems.js";
 import { isAbort } from "../api/client.js";
 import { iconOf } from "../result/icon.js";
@@ -198,7 +198,7 @@ function rowElement(row: Row, scale: StripScale | null): HTMLTableRowElement {
   const name = h("th", { scope: "row" }, link);
   if (!row.distance) return h("tr", {}, name, verdict, h("td", { class: "row-words", colspan: 2 }, row.words));
   const { lower, upper } = row.distance;
-  const limit = row.limit === null ? null : h("small", {}, `limit ${withUnits(plain(row.limit), row.units)}`);
+  const limit = row.limits === "" ? null : h("small", {}, `limit ${row.limits}`);
   const picture = scale && strip(scale, { lower, upper, limit: row.limit });
   return h("tr", {}, name, verdict,
     h("td", { class: "row-distance" }, asSentence(intervalWords(lower, upper, row.units, row.limit)).replace(/\.$/, ""), " ", limit),

@@ -1,6 +1,7 @@
 // The comparisons of a batch as rows of its list: their content and their order.
 import type { BatchCounts, BatchFailure, BatchResult } from "../api/types.js";
 import { seenName } from "../text/names.js";
+import { inPercent, plain, withUnits } from "../text/numbers.js";
 import { asSentence } from "../text/problems.js";
 import { unitOf } from "../text/verdict.js";
 
@@ -16,7 +17,8 @@ export interface Row {
   id: string | null; // of the comparison; null: it was removed
   kind: Kind;
   distance: { lower: number; upper: number | null } | null;
-  limit: number | null;
+  limit: number | null; // of the distance
+  limits: string; // all of the gate; "": none
   units: string;
   words: string; // why there is no interval
 }
@@ -46,9 +48,19 @@ function rowOf(
     kind,
     distance,
     limit: gate?.max_distance ?? null,
+    limits: gate ? limitsOf(gate, unit ?? "") : "",
     units: unit ?? "",
     words: kind === "gone" ? "Its result is not kept any more." : asSentence(of.problem?.detail ?? ""),
   };
+}
+
+function limitsOf({ max_distance, max_share_beyond: area, zone }: NonNullable<BatchFailure["gate"]>, units: string): string {
+  const length = (x: number) => withUnits(plain(x), units);
+  return [
+    ...(max_distance === null ? [] : [length(max_distance)]),
+    ...(zone ? [`${length(0 - zone[0])} inside`, `${length(zone[1])} outside`] : []),
+    ...(area ? [`${inPercent(area.share)} beyond ${length(area.distance)}`] : []),
+  ].join(", ");
 }
 
 function kindOf(state: BatchResult["state"], verdict: BatchResult["verdict"]): Kind {

@@ -15,8 +15,8 @@ export interface Order {
   options: Options;
 }
 
-const inMore: Field[] = ["timeout", "threads", "strategy", "points", "statistics", "align", "unitA", "unitB"];
-const texts = ["limit", "tolerance", "timeout", "threads"] as const;
+const inMore: Field[] = ["regions", "timeout", "threads", "strategy", "points", "statistics", "align", "unitA", "unitB"];
+const texts = ["limit", "inside", "outside", "tolerance", "timeout", "threads"] as const;
 const choices = ["units", "unitA", "unitB", "toleranceKind", "strategy", "points"] as const;
 
 export class Form {
@@ -38,7 +38,7 @@ export class Form {
     });
     this.form.addEventListener("change", () => this.adapt());
     this.form.addEventListener("input", (event) => {
-      if (event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement) this.say(event.target.name as Field, "");
+      if (event.target instanceof HTMLElement && "name" in event.target) this.say(event.target.name as Field, "");
     });
     this.adapt();
   }
@@ -117,6 +117,9 @@ export class Form {
     return {
       limit: text("limit"),
       units: text("units"),
+      inside: text("inside"),
+      outside: text("outside"),
+      regions: text("regions"),
       unitA: text("unitA"),
       unitB: text("unitB"),
       direction: text("direction") as FormValues["direction"],
@@ -134,6 +137,7 @@ export class Form {
   private fill(values: FormValues): void {
     for (const name of texts) this.field(name, HTMLInputElement).value = values[name];
     for (const name of choices) this.field(name, HTMLSelectElement).value = values[name];
+    this.field("regions", HTMLTextAreaElement).value = values.regions;
     this.field("statistics", HTMLInputElement).checked = values.statistics;
     this.field("align", HTMLInputElement).checked = values.align;
     for (const radio of this.form.querySelectorAll<HTMLInputElement>("[name=direction]")) radio.checked = radio.value === values.direction;
@@ -194,7 +198,7 @@ export class Form {
 function fieldOf(defect: Defect | undefined): { name: Field; message: string } | null {
   if (!defect) return null;
   const fields: [string, Field][] = [
-    ["/gate/units", "units"], ["/units/a", "unitA"], ["/units/b", "unitB"], ["/gate", "limit"], ["/tolerance", "tolerance"],
+    ["/gate/units", "units"], ["/gate/zone", "outside"], ["/regions", "regions"], ["/units/a", "unitA"], ["/units/b", "unitB"], ["/gate", "limit"], ["/tolerance", "tolerance"],
     ["/timeout_ms", "timeout"], ["/threads", "threads"], ["/points", "points"],
   ];
   const found = fields.find(([pointer]) => defect.where.startsWith(pointer));

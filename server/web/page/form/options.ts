@@ -1,12 +1,16 @@
 // Parses the options that a user typed, or reports what is wrong, field by field.
 import type { Comparison, Direction, Options, Strategy, Tolerance } from "../api/types.js";
+import { regionsAsked } from "../text/regions.js";
 import { optionsOf } from "../text/snippets.js";
 
 export type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
 
 export interface FormValues {
   limit: string; // empty: no gate; may contain its unit, "0.05 mm"
-  units: string; // of the limit; empty: none
+  units: string; // of the limits; empty: none
+  inside: string; // of B; empty with `outside`: no zone; a minus is as good as none
+  outside: string;
+  regions: string; // JSON, as the service has it; empty: none
   unitA: string; // of mesh a; empty: as its file says
   unitB: string;
   direction: Direction;
@@ -32,6 +36,9 @@ export type Built = { options: Options; mistakes: [] } | { options: null; mistak
 export const noValues: FormValues = {
   limit: "",
   units: "",
+  inside: "",
+  outside: "",
+  regions: "",
   unitA: "",
   unitB: "",
   direction: "symmetric",
@@ -51,9 +58,10 @@ const mostThreads = 64;
 
 export function buildOptions(values: FormValues): Built {
   const mistakes: Mistake[] = [];
-  const blame = (field: Field) => (message: string) => void mistakes.push({ field, message });
+  const blame: BlameField = (field) => (message) => void mistakes.push({ field, message });
   const options: Options = {
-    ...gateOf(values, blame("limit"), blame("units")),
+    ...gateOf(values, blame),
+    ...regionsOf(values.regions, blame("regions")),
     ...unitsDeclared(values),
     ...(values.direction === "symmetric" ? {} : { direction: values.direction }),
     ...toleranceOf(values, blame("tolerance")),
@@ -67,6 +75,7 @@ export function buildOptions(values: FormValues): Built {
 }
 
 type Blame = (message: string) => void;
+type BlameField = (field: Field) => Blame;
 
 /** Parses a number as users and programs write it; null: not a number. */
 export function parseNumber(text: string): number | null {
@@ -93,12 +102,41 @@ export function splitLimit(text: string): { number: string; units: string } {
   return number !== "" && /^[^\d.,+-]\D*$/.test(units) ? { number, units } : { number: whole, units: "" };
 }
 
-function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Options, "gate"> {
+function gateOf(values: FormValues, blame: BlameField): Pick<Options, "gate"> {
   const named = values.units.trim();
+  const zone = zoneOf(values, blame);
   if (values.limit.trim() === "") {
-    if (named !== "") blameUnits("The unit belongs to the limit: enter a limit, or choose no unit.");
+    if (zone) return { gate: { zone, narrow: true, ...(named === "" ? {} : { units: named }) } };
+    if (named !== "") blame("units")("The unit belongs to the limit: enter a limit, or choose no unit.");
     return {};
   }
+  const { gate } = distanceLimit(values, named, blame("limit"), blame("units"));
+  return gate ? { gate: { ...gate, ...(zone ? { zone } : {}) } } : {};
+}
+
+function zoneOf({ inside, outside }: FormValues, blame: BlameField): [number, number] | null {
+  if (inside.trim() === "" && outside.trim() === "") return null;
+  const limit = (field: "inside" | "outside", text: string) => {
+    if (text.trim() !== "") return numberOf(text.trim().replace(field === "inside" ? /^-/ : /^\+/, ""), "The limit", blame(field));
+    blame(field)("Enter both limits; 0 for a side that allows nothing.");
+    return null;
+  };
+  const below = limit("inside", inside), above = limit("outside", outside);
+  return below === null || above === null ? null : [0 - below, above];
+}
+
+// The service checks what they are.
+function regionsOf(text: string, blame: Blame): Pick<Options, "regions"> {
+  if (text.trim() === "") return {};
+  try {
+    return { regions: JSON.parse(text) as NonNullable<Options["regions"]> };
+  } catch {
+    blame("The regions have to be a list in JSON.");
+    return {};
+  }
+}
+
+function distanceLimit(values: FormValues, named: string, blame: Blame, blameUnits: Blame): Pick<Options, "gate"> {
   const { number, units: written } = splitLimit(values.limit);
   if (written.startsWith("%")) {
     blame("A percentage is not possible here: enter a length.");
@@ -168,6 +206,9 @@ export function valuesOf(result: Comparison): FormValues {
     ...noValues,
     limit: String(result.gate?.max_distance ?? ""),
     units: optionsOf(result).gate?.units ?? "",
+    inside: String(result.gate?.zone ? 0 - result.gate.zone[0] : ""),
+    outside: String(result.gate?.zone?.[1] ?? ""),
+    regions: result.regions ? JSON.stringify(regionsAsked(result)) : "",
     unitA: units.a ?? "",
     unitB: units.b ?? "",
     direction: result.direction,

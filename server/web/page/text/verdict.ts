@@ -121,9 +121,19 @@ function zoneSentence({ gate, sides, ...result }: Comparison): string {
   const { refused, inside, outside } = sides;
   if (refused) return `Nothing is inside or outside of the baseline (B): ${refused.detail}.`;
   if (!inside || !outside) return "";
-  const units = unitsOf(result), [below, above] = gate.zone;
-  const side = ({ lower, upper }: NonNullable<typeof inside>, limit: number) => `${intervalWords(lower, upper, units, limit)}, where ${withUnits(plain(limit), units)} is allowed`;
-  return `Inside of the baseline (B): ${side(inside, -below)}; outside of it: ${side(outside, above)}.`;
+  const units = unitsOf(result), [below, above] = gate.zone, uncertainty = gate.uncertainty ?? 0;
+  const side = (name: string, { lower, upper }: NonNullable<typeof inside>, limit: number) => {
+    const text = intervalText(lower, upper, limit), allowed = withUnits(plain(limit), units) + (uncertainty ? ` ± ${withUnits(plain(uncertainty), units)}` : "");
+    const fails = lower > limit + uncertainty, passes = upper <= limit - uncertainty;
+    const found = fails
+      ? `at least ${withUnits(text.lower, units)}, beyond the limit of ${allowed}`
+      : passes
+        ? `at most ${withUnits(text.upper, units)}, within the limit of ${allowed}`
+        : `${intervalWords(lower, upper, units, limit)}, which does not decide the limit of ${allowed}`;
+    return { fails, words: `${name} of the baseline (B) the candidate reaches ${found}.` };
+  };
+  const both = [side("Inside", inside, 0 - below), side("Outside", outside, above)];
+  return both.sort((one, other) => Number(other.fails) - Number(one.fails)).map(({ words }) => words).join(" ");
 }
 
 function figures(result: Comparison) {
