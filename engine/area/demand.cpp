@@ -95,7 +95,7 @@ bool AreaSearch::is_worth_measuring(const Part& part) {
 bool AreaSearch::is_worth_cells(const Part& part) const {
   const auto& [a, b, c] = part.corners;
   if (part.is_cell || part.has_failed || (a.slot == b.slot && a.slot == c.slot)) return false;
-  constexpr double kLoose = 1.02;
+  constexpr double kLoose = 1.1;
   const Linear& high = part.enclosure.high;
   if (high[0] + high[1] + high[2] <= kLoose * (a.distance + b.distance + c.distance)) return false;
   const double nearest = std::min({a.distance, b.distance, c.distance});
