@@ -1,6 +1,7 @@
 #include "engine/area/part.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <utility>
 
