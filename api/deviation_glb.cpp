@@ -137,7 +137,7 @@ class Document {
     if (!map_.sides.empty())
       primitive.attributes["_SIDE"] =
           array<float>(mesh.positions.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT,
-                       TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::size_t v) { return static_cast<float>(map_.sides[v]); });
+                       TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::size_t v) { return side(v); });
     if (!map_.is_cloud()) primitive.indices = triangles(mesh);
     tinygltf::Material material;
     material.name = "distance";
@@ -145,6 +145,14 @@ class Document {
     material.pbrMetallicRoughness.roughnessFactor = 1;
     material.doubleSided = true;
     add_node("candidate", std::move(primitive), std::move(material)).extras = extras_of(map_);
+  }
+
+  // The side of the rounded position: that of the vertex where the distance, which errs far less, exceeds the step
+  // between both.
+  float side(std::size_t v) const {
+    const Vec3 exact = map_.mesh.positions[v] - moved_;
+    const double step = (exact - exact.cast<float>().cast<double>()).norm();
+    return map_.distances[v] > 4 * step ? static_cast<float>(map_.sides[v]) : 0;
   }
 
   int triangles(MeshView mesh) {

@@ -72,7 +72,8 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
   }
   const double upper = facts.direction ? facts.direction->upper : std::numeric_limits<double>::infinity();
   std::optional<Prepared> display;
-  if (form == MapForm::refined) display.emplace(made.shown_);
+  if (form == MapForm::refined)
+    display.emplace(made.shown_, Prepared::Use::once, nullptr, std::nullopt, candidate.error());
   auto deviations =
       deviation(display ? *display : candidate, baseline, {options.threads, options.simd, upper, facts.sides}, control);
   if (!deviations) return not_in_time(control.check(), kWhat);

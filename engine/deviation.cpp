@@ -121,17 +121,17 @@ class Measuring {
       const std::uint32_t vertex = waiting_[i].vertex;
       result_.nearest[vertex] = target_->original[found.slot];
       result_.distances[vertex] = is_corner(p, found.slot) ? 0 : certified(found.distance);
-      if (!result_.sides.empty()) result_.sides[vertex] = side_of(p, work, stop);
+      if (!result_.sides.empty() && result_.distances[vertex] > 0) result_.sides[vertex] = side_of(p, work, stop);
     }
     return result_.sides.empty() || !stopped();  // which ends the search for a side as well
   }
 
   // As for a single point in docs/design.md, section 13.
   std::int8_t side_of(const Vec3& p, Work& work, const Interrupted& stop) const {
+    const auto below = certified_distance_below(*tree_, p, &stop, 2 * slack_);
+    if (!below || !(rounding::subtract_down(*below, slack_) > 0)) return 0;
     const auto winding = winding_number(*tree_, p, work, &stop);
     if (!winding || *winding < 0) return 0;
-    const auto below = certified_distance_below(*tree_, p, &stop);
-    if (!below || !(rounding::subtract_down(*below, slack_) > 0)) return 0;
     return *winding > 0 ? -1 : 1;
   }
 

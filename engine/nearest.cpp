@@ -61,12 +61,12 @@ Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, s
   return {(p - point).norm(), best.slot, point, !polling.stopped()};
 }
 
-std::optional<double> certified_distance_below(const Bvh& tree, const Vec3& p, const Interrupted* stop) {
+std::optional<double> certified_distance_below(const Bvh& tree, const Vec3& p, const Interrupted* stop, double most) {
   constexpr std::uint64_t kTestsOfOne = 8;  // one of these takes as long as so many of a query's tests
-  double limit = std::numeric_limits<double>::infinity();
+  double limit = most;
   std::uint64_t tests = 0;
   Polling polling(stop, tests);
-  walk(tree.view(), p.data(), limit, [&](std::uint32_t block) {
+  walk(tree.view(), p.data(), limit * limit, [&](std::uint32_t block) {
     for (std::uint32_t t = Bvh::block_begin(block); t < tree.block_end(block); ++t) {
       const std::array corners{tree.mesh().corner(t, 0), tree.mesh().corner(t, 1), tree.mesh().corner(t, 2)};
       limit = std::min(limit, certified_distance_below(corners, tree.prepared(t), p));

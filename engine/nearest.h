@@ -33,9 +33,10 @@ inline double distance(const PreparedTriangle& triangle, const Vec3& p) {
   return (p - closest_point(triangle, p)).norm();
 }
 
-// Returns a certified lower bound of d(p, mesh): rounding.h R5 and R6. It is never above the true distance, whatever
-// the shape of the triangles, and below it by a few units of rounding. nullopt: `stop`, which is polled about every
-// 0.1 ms, returned true. Thread safe.
-std::optional<double> certified_distance_below(const Bvh& tree, const Vec3& p, const Interrupted* stop = nullptr);
+// Returns a certified lower bound of d(p, mesh), at most `most`: rounding.h R5 and R6. It is never above the true
+// distance, whatever the shape of the triangles, and below the smaller of both by a few units of rounding. nullopt:
+// `stop`, which is polled about every 0.1 ms, returned true. Thread safe.
+std::optional<double> certified_distance_below(const Bvh& tree, const Vec3& p, const Interrupted* stop = nullptr,
+                                               double most = std::numeric_limits<double>::infinity());
 
 }  // namespace meshgauge

@@ -191,3 +191,17 @@ TEST_CASE("a GLB with sides has them beside the distances, and only then") {
   CHECK(side["count"] == 8);
   for (std::size_t v = 0; v < 8; ++v) CHECK(glb.element<float>(side, v) == static_cast<float>(sides[v]));
 }
+
+TEST_CASE("a GLB has the side of the position that it rounds, where that is sure") {
+  MadeMap made(shapes::cube());
+  const double rounded = 0.3 * (1 - 1e-9);  // single precision moves it by more than 1e-9
+  made.mesh.positions[1].x() = made.mesh.positions[2].x() = rounded;
+  made.distances[1] = 1e-9;
+  made.distances[2] = 1e-6;
+  const std::vector<std::int8_t> sides(8, -1);
+  made.map.sides = sides;
+  const Glb glb(made.map);
+  const json& side = glb.accessor(0, "_SIDE");
+  CHECK(glb.element<float>(side, 1) == 0);
+  CHECK(glb.element<float>(side, 2) == -1);
+}

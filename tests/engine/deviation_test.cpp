@@ -113,21 +113,26 @@ TEST_CASE("deviation: no distance exceeds the certified bound when rounding alon
 }
 
 TEST_CASE("deviation: an interruption at any check stops it and leaves no incomplete structure") {
-  const Mesh from = shapes::sphere(60, 1.3), to = shapes::sphere(60);
+  const Mesh from = shapes::scaled(shapes::closed_sphere(30), 1.3), to = shapes::closed_sphere(30);
+  DeviationOptions with_sides{2, "auto"};
+  with_sides.sides = true;
   Control all;
-  const auto whole = deviation(Prepared(from), Prepared(to), {}, all);
+  const auto whole = deviation(Prepared(from), Prepared(to), with_sides, all);
   REQUIRE(whole.has_value());
+  REQUIRE(whole->sides.size() == from.positions.size());
   REQUIRE(all.checks() > 10);
   for (std::uint64_t n = 1; n <= all.checks(); n += all.checks() / 10) {
     Control control;
     control.cancel_at_check(n);
-    CHECK_FALSE(deviation(Prepared(from), Prepared(to), {2, "auto"}, control).has_value());
+    CHECK_FALSE(deviation(Prepared(from), Prepared(to), with_sides, control).has_value());
   }
   const Prepared a(from), b(to);
   Control interrupted, control;
   interrupted.cancel_at_check(all.checks() / 2);
-  CHECK_FALSE(deviation(a, b, {}, interrupted).has_value());
-  CHECK(deviation(a, b, {}, control)->distances == whole->distances);
+  CHECK_FALSE(deviation(a, b, with_sides, interrupted).has_value());
+  const auto again = deviation(a, b, with_sides, control);
+  CHECK(again->distances == whole->distances);
+  CHECK(again->sides == whole->sides);
 }
 
 TEST_CASE("deviation: each side is the exact one, and only a vertex on the surface or within its rounding has none") {
