@@ -250,7 +250,7 @@ Result<Done> check_deviation(const Flags& flags) {
   return Done{};
 }
 
-Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request) {
+Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request, api::SharedMeshes& meshes) {
   if (auto ok = check_deviation(flags); !ok) return ok.error();
   auto a = api::MeshFile::open(flags.a);
   if (!a) return a.error();
@@ -260,23 +260,24 @@ Result<api::Comparison> measure_files(const Flags& flags, const api::Request& re
   const Interrupts interrupts(&control);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) show_progress(control);
-  api::SharedMeshes meshes;
   auto comparison = api::compare({flags.a, a->bytes(), flags.a, ""}, {flags.b, b->bytes(), flags.b, ""},
                                  request.options, api::ReadLimits{}, control, &meshes);
   if (terminal) std::fputs("\r\033[K", stderr);
-  if (!comparison || flags.deviation.empty()) return comparison;
-  if (auto ok = write_map(flags.deviation, meshes, *comparison, request.timeout); !ok) return ok.error();
   return comparison;
 }
 
 int run(const Flags& flags) {
   const auto request = to_request(flags);
   if (!request) return fail(request.error());
-  const auto comparison = measure_files(flags, *request);
+  api::SharedMeshes meshes;
+  const auto comparison = measure_files(flags, *request, meshes);
   if (!comparison) return fail(comparison.error());
   const std::string text = flags.json ? api::to_json(*comparison) + "\n" : to_table(*comparison);
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  return written ? kExitResult : fail({ErrorCode::internal, "the result could not be written", "", ""});
+  if (!written) return fail({ErrorCode::internal, "the result could not be written", "", ""});
+  if (flags.deviation.empty()) return kExitResult;
+  const auto map = write_map(flags.deviation, meshes, *comparison, request->timeout);
+  return map ? kExitResult : fail(map.error());
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 import hashlib
 import json
 import re
+import resource
+import signal
 import struct
 import subprocess
 import tempfile
@@ -49,6 +51,22 @@ class Content(ServerCase):
             self.assertEqual(answer.headers["content-type"], media_type)
             for command in ("check", "compare"):
                 self.assertEqual(answer.body, self.written_by(suffix, command, "--max-distance", "0.05 mm", "--fast"), suffix)
+
+    def test_a_map_that_cannot_be_written_takes_no_result_with_it(self):
+        def small_files():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+        with tempfile.TemporaryDirectory() as folder:
+            files = [Path(folder) / name for name in ("a.obj", "b.obj", "map.ply")]
+            files[0].write_bytes(WAVY)
+            files[1].write_bytes(FLAT)
+            done = subprocess.run([BINARY, "compare", "--json", *map(str, files[:2]), "--map", str(files[2])], env=ENVIRONMENT,
+                                  capture_output=True, timeout=60, preexec_fn=small_files)
+            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertIn(b"map.ply", done.stderr)
+            self.assertLessEqual(json.loads(done.stdout)["distance"]["lower"], self.result["distance"]["upper"])
+            self.assertFalse(files[2].exists())
 
     def test_csv(self):
         lines = self.written_by(".csv", "compare").decode().splitlines()
