@@ -19,11 +19,6 @@ Error no_comparison(const std::string& why) {
   return {ErrorCode::internal, "the result is not that of a comparison: " + why, "", ""};
 }
 
-Verdict verdict_of(double lower, double upper, double limit, double uncertainty = 0) {
-  const auto found = api::verdict_within(lower, upper, limit, uncertainty);
-  return found == api::Verdict::pass ? Verdict::pass : found == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
-}
-
 // Replaces "mesh a" and "mesh b". Number and size of the notes are limited, since a service is untrusted.
 std::vector<std::string> notes_of(const Json& document) {
   constexpr std::size_t kMost = 16, kMostBytes = 512;
@@ -181,6 +176,11 @@ bool is_cloud(const Json& document, const std::string& mesh) {
 }
 
 }  // namespace
+
+Verdict verdict_of(double lower, double upper, double limit, double uncertainty) {
+  const auto found = api::verdict_within(lower, upper, limit, uncertainty);
+  return found == api::Verdict::pass ? Verdict::pass : found == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
+}
 
 std::string_view to_string(Verdict verdict) {
   constexpr std::string_view kNames[] = {"pass", "fail", "undecided", "error"};

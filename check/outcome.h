@@ -23,6 +23,8 @@ namespace meshgauge::check {
 // because a file is missing or unreadable or the service cannot be reached.
 enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
+// As api::verdict_within().
+Verdict verdict_of(double lower, double upper, double limit, double uncertainty = 0);
 
 // How an outcome counts. `warning`: a fail or an undecided gate with warn_only, or an undecided one with
 // --undecided=warn. `failure`: every other outcome that is not a pass, every error, and an undecided gate of which a

@@ -51,9 +51,11 @@ std::optional<ShareBeyond> share_of(const Json& line) {
 }
 
 std::optional<PastSide> side_of(const Json& line, const char* name) {
-  const Json side = line.value(Json::json_pointer(std::string("/zone/") + name), Json());
-  if (!side.is_object() || !length(side, "limit")) return std::nullopt;
-  return PastSide{length(side, "lower"), length(side, "upper"), *length(side, "limit")};
+  const auto zone = line.find("zone");
+  if (zone == line.end() || !zone->is_object()) return std::nullopt;
+  const auto side = zone->find(name);
+  if (side == zone->end() || !side->is_object() || !length(*side, "limit")) return std::nullopt;
+  return PastSide{length(*side, "lower"), length(*side, "upper"), *length(*side, "limit")};
 }
 
 // Returns the run and the gate's name; nullopt: the line is no result.
@@ -70,13 +72,14 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
                            side_of(json, "outside"), length(json, "uncertainty").value_or(0)});
 }
 
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
 Json json_of(const ShareBeyond& share) {
   return {
       {"distance", share.limit.distance}, {"limit", share.limit.share}, {"lower", share.lower}, {"upper", share.upper}};
 }
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
-  const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
   Json json{{"time", time},
             {"commit", text_or_null(run.commit)},
             {"gate", outcome.gate.name},
@@ -86,10 +89,7 @@ Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& 
             {"limit", or_null(run.limit)},
             {"unit", text_or_null(run.unit)}};
   if (run.share_beyond) json["share_beyond"] = json_of(*run.share_beyond);
-  const auto side = [&](const PastSide& found) -> Json {
-    return {{"lower", or_null(found.lower)}, {"upper", or_null(found.upper)}, {"limit", found.limit}};
-  };
-  if (run.inside && run.outside) json["zone"] = {{"inside", side(*run.inside)}, {"outside", side(*run.outside)}};
+  if (run.inside && run.outside) json["zone"] = {{"inside", json_of(*run.inside)}, {"outside", json_of(*run.outside)}};
   if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
   return json;
 }
@@ -116,24 +116,26 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   return run;
 }
 
-PastRun area_run(PastRun run) {
-  const auto share = std::exchange(run.share_beyond, std::nullopt);
-  run.lower = run.upper = run.limit = std::nullopt;
-  run.unit = "%";
-  run.uncertainty = 0;
-  if (!share) return run;
-  run.lower = 100 * share->lower;
-  run.upper = 100 * share->upper;
-  run.limit = 100 * share->limit.share;
+// Returns the run of one limit of several: `lower`, `upper` and `limit` of it, and their verdict.
+PastRun run_of(PastRun run, std::optional<double> lower, std::optional<double> upper, std::optional<double> limit) {
+  run.lower = lower;
+  run.upper = upper;
+  run.limit = limit;
+  if (lower && limit) run.verdict = verdict_of(*lower, upper.value_or(INFINITY), *limit, run.uncertainty);
   return run;
 }
 
+PastRun area_run(PastRun run) {
+  const auto share = std::exchange(run.share_beyond, std::nullopt);
+  run.unit = "%";
+  run.uncertainty = 0;
+  if (!share) return run_of(std::move(run), {}, {}, {});
+  return run_of(std::move(run), 100 * share->lower, 100 * share->upper, 100 * share->limit.share);
+}
+
 PastRun side_run(PastRun run, const std::optional<PastSide>& side) {
-  const PastSide found = side.value_or(PastSide{});
-  run.lower = found.lower;
-  run.upper = found.upper;
-  run.limit = side ? std::optional(found.limit) : std::nullopt;
-  return run;
+  if (!side) return run_of(std::move(run), {}, {}, {});
+  return run_of(std::move(run), side->lower, side->upper, side->limit);
 }
 
 void add(std::vector<PastRun>& runs, PastRun run) {
@@ -173,6 +175,10 @@ Result<Done> History::keep(const std::string& time, const std::string& commit, R
   return out ? Result<Done>(Done{}) : no_history(file_, "cannot be written");
 }
 
+Json json_of(const PastSide& side) {
+  return {{"lower", or_null(side.lower)}, {"upper", or_null(side.upper)}, {"limit", side.limit}};
+}
+
 std::string commit_of_pipeline() {
   for (const char* name : {"MESHGAUGE_COMMIT", "GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT"}) {
     const char* value = std::getenv(name);
@@ -184,7 +190,10 @@ std::string commit_of_pipeline() {
 std::vector<Chart> charts_of(const GateOutcome& outcome) {
   std::vector<Chart> charts;
   const auto& measured = outcome.measured;
-  if (!measured || measured->has_max_distance) charts.push_back({"the distance", outcome.unit(), outcome.history});
+  if (!measured || measured->has_max_distance) {
+    Chart& chart = charts.emplace_back(Chart{"the distance", outcome.unit(), {}});
+    for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, run.lower, run.upper, run.limit));
+  }
   if (measured && measured->zone) {
     for (const auto& [side, name] :
          {std::pair(&PastRun::inside, "the distance inside"), std::pair(&PastRun::outside, "the distance outside")}) {

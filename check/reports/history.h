@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "check/outcome.h"
 #include "engine/result.h"
 
@@ -26,6 +28,9 @@ class History {
   std::filesystem::path file_;
   std::map<std::string, std::vector<PastRun>, std::less<>> runs_;  // by the name of the gate, the newest at the end
 };
+
+// The lower and upper bound, null where not known, and the limit.
+nlohmann::ordered_json json_of(const PastSide& side);
 
 // Returns what a pipeline says it measures: MESHGAUGE_COMMIT, GITHUB_SHA, CI_COMMIT_SHA or GIT_COMMIT, the first of
 // these variables that is set; else empty.

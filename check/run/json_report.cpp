@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/names.h"
+#include "check/reports/history.h"
 
 namespace meshgauge::check {
 namespace {
@@ -90,11 +91,8 @@ Json json_of(const std::vector<PastRun>& runs) {
                     {"limit", or_null(run.limit)},
                     {"unit", or_null(run.unit)}});
     add_share(run.share_beyond, json.back());
-    const auto side = [&](const PastSide& found) -> Json {
-      return {{"lower", or_null(found.lower)}, {"upper", or_null(found.upper)}, {"limit", found.limit}};
-    };
     if (run.inside && run.outside)
-      json.back()["zone"] = {{"inside", side(*run.inside)}, {"outside", side(*run.outside)}};
+      json.back()["zone"] = {{"inside", json_of(*run.inside)}, {"outside", json_of(*run.outside)}};
     if (run.uncertainty > 0) json.back()["uncertainty"] = run.uncertainty;
   }
   return json;

@@ -112,6 +112,44 @@ TEST_CASE("history: each side of a zone has a chart, and the uncertainty is kept
   CHECK(drawn.find("class=\"uncertain-step\"") != std::string::npos);
 }
 
+TEST_CASE("history: each limit is drawn by its own verdict") {
+  const api::test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  Report report;
+  for (int i = 0; i < 2; ++i) {
+    report = samples::report_of({samples::zone("lid")});
+    report.outcomes[0].measured->has_max_distance = true;
+    report.outcomes[0].measured->limit = 1;
+    ZoneReached::Side& outside = report.outcomes[0].measured->zone->outside;
+    outside.limit = outside.lower = outside.upper = 0;
+    CHECK(report.outcomes[0].verdict() == Verdict::fail);
+    auto history = History::open(file);
+    REQUIRE(history);
+    REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
+  }
+  const auto charts = charts_of(report.outcomes[0]);
+  REQUIRE(charts.size() == 3);
+  CHECK(charts[0].runs[0].verdict == Verdict::pass);
+  CHECK(charts[1].runs[0].verdict == Verdict::fail);
+  CHECK(charts[2].runs[0].verdict == Verdict::pass);
+  CHECK(sparkline(charts[2].runs) == "\u2581\u2581");
+}
+
+TEST_CASE("history: a zone that is none is not read") {
+  const api::test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  for (const char* zone : {"[-0.1,0.1]", "\"x\"", "null", "3", "{\"inside\":[]}", "{\"inside\":{\"limit\":\"1\"}}"}) {
+    std::ofstream(file) << "{\"gate\":\"lid\",\"verdict\":\"pass\",\"zone\":" << zone << "}\n";
+    auto history = History::open(file);
+    REQUIRE(history);
+    Report report = samples::report_of({samples::passed("lid")});
+    REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
+    REQUIRE(report.outcomes[0].history.size() == 2);
+    CHECK(!report.outcomes[0].history[0].inside);
+    CHECK(!report.outcomes[0].history[0].outside);
+  }
+}
+
 TEST_CASE("history: a limit of the area has a chart of its own") {
   const api::test::Folder folder;
   const auto file = folder / "history.jsonl";
