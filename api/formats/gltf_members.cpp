@@ -205,7 +205,7 @@ bool Checker::value(const json& in, const Field& field, const Path& path, json& 
     case Kind::more_joints:
       return fail(path, "more than 16 joints a vertex are not supported; save the model with at most 16",
                   ErrorCode::unsupported_format);
-    case Kind::name:  // "": not one to ask for
+    case Kind::name:  // a name that cannot be asked for is read as ""
       out = in.is_string() && is_group_name(in.get_ref<const std::string&>()) ? in : json("");
       return true;
     case Kind::flag:

@@ -9,20 +9,6 @@
 namespace meshgauge::api {
 namespace {
 
-// Sorts the ranges and joins those that overlap or touch.
-void join(std::vector<TriangleRange>& ranges) {
-  std::ranges::sort(ranges, {}, &TriangleRange::first);
-  std::size_t last = 0;
-  for (const TriangleRange& next : ranges) {
-    if (next.first <= ranges[last].end) {
-      ranges[last].end = std::max(ranges[last].end, next.end);
-    } else {
-      ranges[++last] = next;
-    }
-  }
-  ranges.resize(last + 1);
-}
-
 bool is_valid(const Group& group, std::size_t triangles) {
   std::uint32_t end = 0;
   for (const TriangleRange& range : group.ranges) {
@@ -35,8 +21,13 @@ bool is_valid(const Group& group, std::size_t triangles) {
 }  // namespace
 
 bool is_group_name(std::string_view name) {
-  return !name.empty() && name.size() <= kMostBytesOfGroup && is_utf8(name) &&
-         find_control(name) == std::string_view::npos;
+  if (name.empty() || name.size() > kMostBytesOfGroup) return false;
+  while (!name.empty()) {
+    const Character next = meshgauge::decode(name);
+    if (next.bytes == 0 || is_hidden(next.code)) return false;
+    name.remove_prefix(next.bytes);
+  }
+  return true;
 }
 
 bool is_valid(const Groups& groups, std::size_t triangles) {
@@ -57,27 +48,29 @@ std::size_t bytes_of(const Groups& groups) {
 
 void GroupCollector::add(std::string_view name, std::size_t first, std::size_t end) {
   if (too_many_ || first >= end || !is_group_name(name)) return;
-  const TriangleRange range{static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(end)};
+  TriangleRange range{static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(end)};
   auto known = named_.find(name);
   if (known == named_.end()) {
     known = named_.try_emplace(std::string(name)).first;
     bytes_ += name.size();
-  } else if (TriangleRange& last = known->second.back(); last.end == range.first) {
-    last.end = range.end;
-    return;
   }
-  known->second.push_back(range);
-  too_many_ = ++ranges_ > kMostGroupRanges || bytes_ > kMostBytesOfGroups;
-  if (too_many_) named_.clear();
+  // Joins what overlaps or touches: the ranges of a name are disjoint and in order.
+  std::vector<TriangleRange>& ranges = known->second;
+  for (; !ranges.empty() && ranges.back().end >= range.first; ranges.pop_back(), --ranges_)
+    range = {std::min(range.first, ranges.back().first), std::max(range.end, ranges.back().end)};
+  ranges.push_back(range);
+  if (++ranges_ > kMostGroupRanges || bytes_ > kMostBytesOfGroups) give_up();
+}
+
+void GroupCollector::give_up() {
+  too_many_ = true;
+  named_.clear();
 }
 
 Groups GroupCollector::take() {
   Groups groups{{}, too_many_};
   groups.named.reserve(named_.size());
-  for (auto& [name, ranges] : named_) {
-    join(ranges);
-    groups.named.push_back({name, std::move(ranges)});
-  }
+  for (auto& [name, ranges] : named_) groups.named.push_back({name, std::move(ranges)});
   named_.clear();
   return groups;
 }

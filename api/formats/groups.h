@@ -22,7 +22,7 @@ struct Groups {
   bool operator==(const Groups&) const = default;
 };
 
-// Whether a part may be asked for by this name: 1 to kMostBytesOfGroup bytes of UTF-8 without control characters.
+// Whether a part may be asked for by this name: 1 to kMostBytesOfGroup bytes of UTF-8 without hidden characters.
 bool is_group_name(std::string_view name);
 
 // Whether the groups are as GroupCollector makes them, of a mesh with this many triangles.
@@ -36,8 +36,9 @@ std::size_t bytes_of(const Groups& groups);  // of memory, beside the object its
 // Collects the groups while a reader adds triangles. Linear time, up to a logarithm; bounded memory.
 class GroupCollector {
  public:
-  // Adds triangles first to end - 1 to the group. Ignores what is not a name, and no triangles.
+  // Adds triangles first to end - 1 to the group. Does nothing when there are none, or for what is no name of a group.
   void add(std::string_view name, std::size_t first, std::size_t end);
+  void give_up();  // makes take() return too_many
   Groups take();
 
  private:

@@ -57,7 +57,7 @@ class ObjReader {
   Faces faces_;
   GroupCollector groups_;
   std::vector<std::string_view> names_;  // of the groups that faces are in now
-  std::string_view object_;              // likewise
+  std::string_view object_;              // that faces are in now; empty: none
   std::size_t first_of_groups_ = 0;      // the first triangle of each
   std::size_t first_of_object_ = 0;
   // The highest index so far of a vertex not yet read, and its place.
@@ -223,6 +223,11 @@ bool is_beside_points(std::string_view word) {
   return std::ranges::find(kWords, word) != std::end(kWords);
 }
 
+std::string_view without_blanks_behind(const char* begin, const char* end) {
+  const std::string_view text(begin, end);
+  return text.substr(0, text.find_last_not_of(" \t") + 1);
+}
+
 void ObjReader::end_groups() {
   const std::size_t end = out_.mesh.triangles.size();
   for (const std::string_view name : names_) groups_.add(name, first_of_groups_, end);
@@ -235,27 +240,30 @@ void ObjReader::end_object() {
   first_of_object_ = out_.mesh.triangles.size();
 }
 
-// Reads the names of the groups that the faces after it belong to.
+// Reads the names of the groups that the faces after it belong to. A line of millions would take 16 bytes a name.
 const char* ObjReader::group(const char* p) {
   end_groups();
-  for (p = blanks(p); !at_line_end(p); p = blanks(p)) {
+  for (p = blanks(p); !at_line_end(p) && *p != '#'; p = blanks(p)) {
+    if (names_.size() == kMostGroupRanges) return groups_.give_up(), pass_over(p, true);
     const char* const name = p;
     for (; !at_token_end(p); ++p) {
       if (*p == '\0') return binary_data(p);
     }
     names_.emplace_back(name, p);
   }
-  return p;
+  return pass_over(p, false);
 }
 
-// Reads the name of the object that the faces after it belong to: the rest of the line.
+// Reads the name of the object that the faces after it belong to: the rest of the line, up to a comment.
 const char* ObjReader::object(const char* p) {
   end_object();
   p = skip_blanks(p, end_);
-  const char* const end = pass_over(p, true);
+  const char* end = pass_over(p, true);
   if (end == nullptr) return nullptr;
-  object_ = {p, end};
-  object_ = object_.substr(0, object_.find_last_not_of(" \t") + 1);
+  for (const char* hash = std::find(p, end, '#'); hash != end; hash = std::find(hash + 1, end, '#')) {
+    if (is_space(hash[-1])) return object_ = without_blanks_behind(p, hash), pass_over(hash, false);
+  }
+  object_ = without_blanks_behind(p, end);
   return end;
 }
 

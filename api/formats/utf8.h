@@ -28,4 +28,8 @@ inline bool is_within_character(char c) { return (static_cast<unsigned char>(c) 
 inline bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 std::size_t find_control(std::string_view text);  // position of the first one; npos: there is none
 
+// Whether a character is invisible or forbidden in XML 1.0: controls, line separators, marks of direction,
+// noncharacters.
+bool is_hidden(std::uint32_t code);
+
 }  // namespace meshgauge

@@ -23,14 +23,6 @@ std::string escape(const char* format, std::uint32_t value) {
   return {text.data(), static_cast<std::size_t>(n)};
 }
 
-// Whether a character is invisible or forbidden in XML 1.0: controls, line separators, marks of direction,
-// noncharacters.
-bool is_hidden(std::uint32_t c) {
-  if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return true;
-  if ((c >= 0x200B && c <= 0x200F) || (c >= 0x2028 && c <= 0x202E) || (c >= 0x2060 && c <= 0x206F)) return true;
-  return c == 0x061C || c == 0xFEFF || (c & 0xFFFE) == 0xFFFE || (c >= 0xFDD0 && c <= 0xFDEF);
-}
-
 std::string escape_of(std::uint32_t c) {
   if (c == '\n') return "\\n";
   if (c == '\r') return "\\r";
