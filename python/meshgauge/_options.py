@@ -46,6 +46,13 @@ def _signed_length(value: Length, name: str) -> tuple[float, str]:
     return -size if text.startswith("-") else size, unit
 
 
+def _add(length: tuple[float, str], units: set[str]) -> float:
+    """The number; its unit goes to `units`. 0 needs no unit."""
+    if any(length):
+        units.add(length[1])
+    return length[0]
+
+
 def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mapping[str, Any]] = None,
          zone: Optional[Sequence[Length]] = None,
          uncertainty: Optional[Length] = None, units: Optional[set[str]] = None) -> dict[str, Any]:
@@ -59,19 +66,15 @@ def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mappi
         if not isinstance(max_share_beyond, Mapping) or set(max_share_beyond) != {"distance", "share"}:
             raise InputError(f"max_share_beyond must be a mapping such as {{'distance': '0.05 mm', 'share': 0.01}}, "
                              f"not {max_share_beyond!r}")
-        distance, unit = _length(max_share_beyond["distance"], "max_share_beyond['distance']")
-        units.add(unit)
-        sent["max_share_beyond"] = {"distance": distance,
+        distance = _length(max_share_beyond["distance"], "max_share_beyond['distance']")
+        sent["max_share_beyond"] = {"distance": _add(distance, units),
                                     "share": number(max_share_beyond["share"], "max_share_beyond['share']")}
     if zone is not None:
         if isinstance(zone, str) or len(zone) != 2:
             raise InputError(f"zone must be two limits such as ('-0.05 mm', '0.1 mm'), not {zone!r}")
-        ends = [_signed_length(end, f"zone[{i}]") for i, end in enumerate(zone)]
-        sent["zone"] = [end for end, _ in ends]
-        units |= {unit for end, unit in ends if end or unit}  # 0 needs no unit
+        sent["zone"] = [_add(_signed_length(end, f"zone[{i}]"), units) for i, end in enumerate(zone)]
     if uncertainty is not None:
-        sent["uncertainty"], unit = _length(uncertainty, "uncertainty")
-        units.add(unit)
+        sent["uncertainty"] = _add(_length(uncertainty, "uncertainty"), units)
     if len(units) > 1:
         raise InputError("max_distance, the distance of max_share_beyond, zone, uncertainty and the limits of regions must have "
                          "the same unit")
@@ -90,8 +93,7 @@ def _regions(regions: Any) -> tuple[list[dict[str, Any]], set[str]]:
             raise InputError(f"regions[{index}] must be a mapping, not {region!r}")
         one = {str(name): plain(value) for name, value in region.items()}
         if one.get("max_distance") is not None:
-            one["max_distance"], unit = _length(region["max_distance"], f"regions[{index}]['max_distance']")
-            units.add(unit)
+            one["max_distance"] = _add(_length(region["max_distance"], f"regions[{index}]['max_distance']"), units)
         sent.append(one)
     return sent, units
 

@@ -182,6 +182,12 @@ class Results(unittest.TestCase):
                 meshgauge.compare(SQUARE, RAISED, max_share_beyond=wrong)
         with self.assertRaisesRegex(meshgauge.InputError, "the same unit"):
             meshgauge.compare(SQUARE, RAISED, 1, max_share_beyond=high)
+        left = {"name": "left", "box": {"min": (-9, -9, -9), "max": (0.5, 9, 9)}, "max_distance": 0}
+        for zero in ({"uncertainty": 0}, {"max_share_beyond": {"distance": 0, "share": 1}}, {"regions": [left]}):
+            with self.subTest(zero):  # needs no unit
+                self.assertEqual(meshgauge.compare(SQUARE, RAISED, "3 mm", **zero).verdict, "fail" if "regions" in zero else "pass")
+        with self.assertRaisesRegex(meshgauge.InputError, "the same unit"):
+            meshgauge.compare(SQUARE, RAISED, 0, uncertainty="1 mm")
 
     def test_regions(self):
         left = {"name": "left", "box": {"min": numpy.array([-9, -9, -9]), "max": (0.5, 9, 9)}, "max_distance": "1.5 mm"}
