@@ -94,6 +94,7 @@ Value display_extras(const DeviationMap& map) {
 Value extras_of(const DeviationMap& map) {
   Value::Object extras;
   extras[map.scale.limited ? "limit" : "largest"] = number(map.scale.top);
+  if (!map.limit_side.empty()) extras["limit_side"] = text(std::string(map.limit_side));
   extras["units"] = text(map.units);
   extras["lower"] = number(map.lower);
   extras["upper"] = number(map.upper);

@@ -101,6 +101,7 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
                made.distances_,
                made.sides_,
                scale,
+               facts.limit ? facts.limit->side : std::string_view(),
                unit ? std::string(to_string(*unit)) : std::string(),
                facts.lower,
                facts.upper,

@@ -34,8 +34,9 @@ struct DeviationMap {
   std::span<const double> distances;    // one per vertex, in the meshes' unit; finite and >= 0 (engine/deviation.h)
   std::span<const std::int8_t> sides;   // one per vertex, as in engine/deviation.h; empty: without signs
   ColourScale scale;
-  std::string units;  // the unit's name; empty: not known
-  double lower = 0;   // the certified interval of the comparison
+  std::string_view limit_side{};  // "inside", "outside": the limit is of that side of the baseline; empty: of both
+  std::string units;              // the unit's name; empty: not known
+  double lower = 0;               // the certified interval of the comparison
   double upper = 0;
   std::optional<ResultWitness> witness;
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured

@@ -45,6 +45,7 @@ class Writer {
     out_ << "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
             "header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n";
     fact(map_.scale.limited ? "limit" : "largest", map_.scale.top);
+    if (!map_.limit_side.empty()) fact("limit_side", map_.limit_side == "outside" ? 1 : -1);
     fact("lower", map_.lower);
     if (std::isfinite(map_.upper)) fact("upper", map_.upper);
     const std::string cloud = std::to_string(map_.is_cloud() ? cells() : 0);

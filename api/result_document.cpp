@@ -43,7 +43,7 @@ std::optional<ResultDirection> direction_of(const Json& document, const char* na
   return is_interval(direction.lower, direction.upper) ? std::optional(direction) : std::nullopt;
 }
 
-// Nothing but the limits is known of a zone whose mesh b has no sides.
+// "sides" is null where mesh b has no sides; then only the limits are known.
 DistanceLimit limit_of(const Json& document, const Json& gate) {
   std::vector<DistanceLimit> limits;
   const Json& max_distance = gate.at("max_distance");
@@ -58,7 +58,7 @@ DistanceLimit limit_of(const Json& document, const Json& gate) {
     if (!limits.empty() && !gate.contains("zone")) break;
     const Json found = document.value(Json::json_pointer(std::string("/sides/") + side), Json());
     if (found.is_null() && !max_distance.is_null()) continue;
-    const double limit = sign * gate.at("zone").at(place).get<double>();
+    const double limit = 0 + sign * gate.at("zone").at(place).get<double>();  // no -0
     limits.push_back(found.is_null() ? DistanceLimit{limit}
                                      : DistanceLimit{limit, found.at("lower").get<double>(), upper_of(found), side});
   }

@@ -34,8 +34,8 @@ struct ResultDirection {
 };
 
 struct ResultFacts {
-  // That distances without a sign are shown against: shown_limit() of max_distance and zone, or else the distance of
-  // max_share_beyond. nullopt: no gate.
+  // The limit that distances without a sign are shown against: shown_limit() of max_distance and zone, or else the
+  // distance of max_share_beyond. nullopt: no gate.
   std::optional<DistanceLimit> limit;
   double lower = 0;  // the certified interval; `upper` is infinite when there is no upper bound yet
   double upper = std::numeric_limits<double>::infinity();

@@ -75,11 +75,13 @@ std::string figure(const Surface& surface, const Shot& shot, bool close, const s
   return out + "</figcaption></figure>\n";
 }
 
-// "above the limit"; that of one side is shown on both.
-std::string above_limit(const GateOutcome& outcome) {
+// "; 3 % above the limit". That of one side is shown on both; it is none of the baseline's points.
+std::string above_limit(const Surface& surface, const GateOutcome& outcome) {
   const api::DistanceLimit& limit = outcome.measured->shown;
-  if (limit.side.empty()) return "above the limit";
-  return "farther than the limit " + std::string(limit.side) + ", " +
+  const std::string share = "; " + to_digits(100 * surface.histogram.above_limit, 3) + " % ";
+  if (limit.side.empty()) return share + "above the limit";
+  if (!surface.candidate) return "";
+  return share + "farther than the limit " + std::string(limit.side) + ", " +
          escaped(with_unit(to_digits(limit.limit, 6), outcome.unit())) + ", on either side";
 }
 
@@ -90,10 +92,10 @@ std::string histogram_part(const Surface& surface, const GateOutcome& outcome) {
   const auto figure_of = [&](double x) { return to_digits(x, 3) + (units.empty() ? "" : " " + units); };
   std::string out = "<figure class=\"histogram-figure\">" + histogram_drawing(histogram, surface.scale.top, units);
   out += "<figcaption>Distances over the " + which + "\xE2\x80\x99s surface: " +
-         escaped("median " + figure_of(histogram.median) + ", 95 % within " + figure_of(histogram.p95)) + "; " +
-         to_digits(100 * histogram.above_limit, 3) + " % " + above_limit(outcome) + ". Estimated at " +
-         grouped(histogram.points) + " points of equal area, not certified; " +
-         (histogram.axis.logarithmic ? "both axes are" : "heights are") + " logarithmic.</figcaption></figure>\n";
+         escaped("median " + figure_of(histogram.median) + ", 95 % within " + figure_of(histogram.p95)) +
+         above_limit(surface, outcome) + ". Estimated at " + grouped(histogram.points) +
+         " points of equal area, not certified; " + (histogram.axis.logarithmic ? "both axes are" : "heights are") +
+         " logarithmic.</figcaption></figure>\n";
   return out;
 }
 

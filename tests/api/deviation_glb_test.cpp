@@ -140,9 +140,12 @@ TEST_CASE("at the edge of what a float holds the cross has shorter arms") {
 }
 
 TEST_CASE("the extras say what the numbers mean") {
-  const MadeMap made(shapes::cube());
+  MadeMap made(shapes::cube());
   const json extras = Glb(made.map).document["nodes"][0]["extras"];
   CHECK(extras["limit"] == 0.125);
+  CHECK(!extras.contains("limit_side"));
+  made.map.limit_side = "outside";
+  CHECK(Glb(made.map).document["nodes"][0]["extras"]["limit_side"] == "outside");
   CHECK(extras["units"] == "mm");
   CHECK(extras["lower"] == 0.23);
   CHECK(extras["upper"] == 0.25);

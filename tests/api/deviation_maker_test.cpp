@@ -67,6 +67,18 @@ TEST_CASE("result facts: each side has its direction, and the witness is that of
   CHECK(b.witness->to_triangle == 2);
 }
 
+TEST_CASE("result facts: a limit of one side has that side, and 0 no sign") {
+  json of = document();
+  of["gate"] = {{"max_distance", nullptr}, {"zone", {-0.0, 5}}, {"units", "mm"}};
+  of["sides"] = {{"inside", {{"lower", 2}, {"upper", 3}}}, {"outside", {{"lower", 2}, {"upper", 3}}}};
+  const auto limit = facts(of, Side::a).limit;
+  CHECK(limit->side == "inside");
+  CHECK(limit->limit == 0);
+  CHECK(!std::signbit(limit->limit));
+  of["gate"]["zone"][0] = 0;
+  CHECK(!std::signbit(facts(of, Side::a).limit->limit));
+}
+
 TEST_CASE("result facts: a direction that was not measured has no interval") {
   json one = document();
   one["a_to_b"] = nullptr;

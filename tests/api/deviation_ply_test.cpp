@@ -78,6 +78,9 @@ TEST_CASE("the comments say what the numbers mean") {
   made.map.candidate_vertices = 6;
   made.map.form = api::MapForm::refined;
   CHECK(says(written(made.map), "comment largest 0.125"));
+  made.map.scale.limited = true;
+  made.map.limit_side = "inside";
+  CHECK(says(written(made.map), "comment limit 0.125 inside"));
   CHECK(says(written(made.map), "comment refined for display: the first 6 vertices are the candidate's"));
 }
 

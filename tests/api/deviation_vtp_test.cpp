@@ -70,6 +70,9 @@ TEST_CASE("a VTP has the mesh, the distances, and the facts") {
   CHECK(vtp.named("lower").text().as_double() == 0.23);
   CHECK(vtp.named("upper").text().as_double() == 0.25);
   CHECK(!vtp.named("signed_distance"));
+  CHECK(!vtp.named("limit_side"));
+  made.map.limit_side = "inside";
+  CHECK(Vtp(made.map).named("limit_side").text().as_double() == -1);
   made.map.upper = std::numeric_limits<double>::infinity();
   CHECK(!Vtp(made.map).named("upper"));
 }

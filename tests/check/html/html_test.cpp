@@ -189,6 +189,10 @@ TEST_CASE("a zone is named by its sides, and pictures are judged by the side tha
   picture.surfaces[0].histogram = {{}, {1}, 100, 0.25, 0.01, 0.06, 0.07};
   const std::string page = to_html(samples::report_of({outcome}), std::vector{picture});
   CHECK(page.find("25 % farther than the limit inside, 0.05 mm, on either side.") != std::string::npos);
+  picture.surfaces[0].candidate = false;
+  const std::string baseline = to_html(samples::report_of({outcome}), std::vector{picture});
+  CHECK(baseline.find("on either side") == std::string::npos);
+  CHECK(baseline.find("95 % within 0.06 mm. Estimated") != std::string::npos);
   CHECK(page.find("0.06 \xE2\x80\xA6 0.07 inside, 0.01 \xE2\x80\xA6 0.02 outside</td>") != std::string::npos);
   CHECK(page.find("at least 19 % above the limit") != std::string::npos);
 }
