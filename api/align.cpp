@@ -194,7 +194,7 @@ bool is_alignment_by(const Json& alignment, const AlignOptions& asked) {
   const Json wanted = json_of(Aligned{{asked.start}, {}}, asked);
   const auto same = [&](const char* name) { return alignment.value(name, Json()) == wanted.value(name, Json()); };
   return alignment.is_object() && same("moved") && same("method") && same("principal_axes") && same("overlap") &&
-         same("start") && (asked.fit || same("transform"));
+         (same("start") || !alignment.contains("start")) && (asked.fit || same("transform"));
 }
 
 Result<std::optional<RigidMotion>> motion_of(const Json& document) {

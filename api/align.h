@@ -37,7 +37,7 @@ struct Aligned {
 
 nlohmann::ordered_json json_of(const Aligned& aligned, const AlignOptions& asked);
 
-// Whether a result document's "alignment" is the answer to these options.
+// Whether a result document's "alignment" is the answer to these options. Older services write no "start" of a fit.
 bool is_alignment_by(const nlohmann::ordered_json& alignment, const AlignOptions& asked);
 
 // Returns the motion of a result document's "alignment"; nullopt: it has none. Error: internal, for one that is no

@@ -1,6 +1,7 @@
 #include "api/compare.h"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <exception>
 #include <new>
@@ -74,23 +75,21 @@ std::string names_of(const Groups& groups) {
 
 std::string why_no_group(const Groups& groups, const std::string& mesh) {
   if (groups.too_many)
-    return mesh + " has more names or parts than are kept: " + std::to_string(kMostBytesOfGroups) +
-           " bytes of names, " + std::to_string(kMostGroupRanges) + " runs of triangles";
+    return mesh + " has more names or parts than are kept (" + std::to_string(kMostBytesOfGroups) +
+           " bytes of names, " + std::to_string(kMostGroupRanges) +
+           " runs of triangles): name fewer, or split the file";
   if (groups.named.empty())
     return mesh + " has none; groups and objects of an OBJ, nodes of a glTF and objects of a 3MF are some";
   return mesh + " has " + names_of(groups);
 }
 
-// Finds the triangles of the groups that the options ask for.
+// Finds the triangles of the groups that the options ask for. check_groups() has accepted the options.
 Result<Done> find_groups(const NamedMesh& b, ComparisonOptions& options) {
   for (std::size_t i = 0; i < options.regions.size(); ++i) {
     auto* const group = std::get_if<Group>(&options.regions[i].shape);
     if (!group) continue;
     const std::string mesh = "'" + std::string(b.name) + "'", place = "/regions/" + std::to_string(i) + "/group";
-    if (options.direction == Direction::a_to_b)
-      return refused("the region " + shown_text(options.regions[i].name) + " is a group of " + mesh +
-                         ": it is measured from there, not in the direction a_to_b",
-                     "options", place);
+    assert(options.direction != Direction::a_to_b);
     const Group* const found = find_group(b.mesh->groups, group->name);
     if (!found)
       return refused("no group " + shown_text(group->name) + ": " + why_no_group(b.mesh->groups, mesh), "options",

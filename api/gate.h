@@ -32,8 +32,10 @@ struct DistanceLimit {
   std::string_view side{};  // "inside", "outside"; empty: both
 };
 
-// Returns the limit that distances without a sign are shown against: of those with the worst verdict the first that is
-// of both sides, else the smallest, or the largest where all pass. Precondition: there is one.
+// Returns the limit that distances without a sign are shown against. Of the limits with the worst verdict it is
+//   1. the first that is of both sides;
+//   2. else the smallest, or the largest where all pass.
+// Precondition: there is a limit.
 DistanceLimit shown_limit(std::span<const DistanceLimit> limits, double uncertainty);
 
 // Returns the error for sides, or a zone, where no distance is measured from mesh a. `name`: as above.

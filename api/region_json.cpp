@@ -76,9 +76,13 @@ Result<Sphere> read_sphere(const JsonValue& value, const std::string& pointer) {
   return Sphere{*centre, *radius};
 }
 
+Error no_text(const JsonValue& value, const std::string& pointer) {
+  return misplaced(pointer, "must be a text, not " + shown(value) + (value.is_number() ? ": write it in quotes" : ""));
+}
+
 Result<Done> read_member(const std::string& key, const JsonValue& value, const std::string& pointer, Region& region) {
   if (key == "name") {
-    if (!value.is_string()) return misplaced(pointer, "must be a text, not " + shown(value));
+    if (!value.is_string()) return no_text(value, pointer);
     region.name = value.get<std::string>();
   } else if (key == "box") {
     const auto box = read_box(value, pointer);
@@ -89,7 +93,7 @@ Result<Done> read_member(const std::string& key, const JsonValue& value, const s
     if (!sphere) return sphere.error();
     region.shape = *sphere;
   } else if (key == "group") {
-    if (!value.is_string()) return misplaced(pointer, "must be a text, not " + shown(value));
+    if (!value.is_string()) return no_text(value, pointer);
     region.shape = Group{value.get<std::string>(), {}};
   } else if (key == "max_distance") {
     const auto limit = number_in(value, kMaxDistanceRange, pointer);
@@ -133,7 +137,8 @@ Result<Done> check_shape(const Sphere&, const std::string&) { return Done{}; }
 Result<Done> check_shape(const Group& group, const std::string& pointer) {
   if (is_group_name(group.name)) return Done{};
   return misplaced(pointer + "/group", "must be a text of 1 to " + std::to_string(kMostBytesOfGroup) +
-                                           " bytes on one line, not " + shown_text(group.name));
+                                           " bytes on one line, without hidden characters, not " +
+                                           shown_text(group.name));
 }
 
 void put(const Box& box, Json& json) {
@@ -194,6 +199,15 @@ Result<Done> check_limits_of_regions(const ComparisonOptions& options, std::stri
   if (!any || options.max_distance) return Done{};
   return refused(std::string(name) + ": a region with a limit needs max_distance of the gate, the limit of the rest",
                  "options", std::string(name));
+}
+
+Result<Done> check_groups(const ComparisonOptions& options, const std::string& pointer) {
+  const auto is_group = [](const Region& region) { return std::holds_alternative<Group>(region.shape); };
+  const auto found = std::ranges::find_if(options.regions, is_group);
+  if (options.direction != Direction::a_to_b || found == options.regions.end()) return Done{};
+  return refused(
+      "the region " + shown_text(found->name) + " is a group of mesh b: the direction must be symmetric or b_to_a",
+      "options", pointer + "/" + std::to_string(found - options.regions.begin()) + "/group");
 }
 
 Json json_of(const Region& region) {

@@ -26,6 +26,9 @@ Result<Done> check_regions(const std::vector<Region>& regions, const std::string
 // Refuses a limit of a region without one for the rest.
 Result<Done> check_limits_of_regions(const ComparisonOptions& options, std::string_view name);
 
+// Refuses a group where nothing is measured from mesh b. `pointer` as above.
+Result<Done> check_groups(const ComparisonOptions& options, const std::string& pointer);
+
 // As read_regions() reads it.
 Json json_of(const Region& region);
 

@@ -23,8 +23,7 @@ Error invalid(std::string_view where, std::string message) {
 }
 
 std::string text_of(double x) {
-  if (std::isnan(x)) return "NaN";
-  if (std::isinf(x)) return "infinite";
+  if (!std::isfinite(x)) return std::isnan(x) ? "NaN" : "infinite";
   const bool whole = std::nearbyint(x) == x && std::abs(x) < 1e15;
   return whole ? std::to_string(static_cast<std::int64_t>(x)) : JsonValue(x).dump();
 }
@@ -387,6 +386,7 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
   if (auto read = read_object(*document, "", kOptions, reading); !read) return read.error();
   if (auto ok = check_uncertainty(request.options, "/gate/uncertainty"); !ok) return ok.error();
   if (auto ok = check_limits_of_regions(request.options, "/regions"); !ok) return ok.error();
+  if (auto ok = check_groups(request.options, "/regions"); !ok) return ok.error();
   if (auto ok = check_points(reading.points_given, request.options.strategy, "/points"); !ok) return ok.error();
   if (auto ok = check_sides(request.options, request.options.zone ? "/gate/zone" : "/sides"); !ok) return ok.error();
   return request;

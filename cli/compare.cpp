@@ -179,8 +179,9 @@ Result<Done> set_areas(const Flags& flags, Options& options) {
 Result<Done> set_sides(const Flags& flags, api::ComparisonOptions& options) {
   if (flags.sides) options.sides.emplace();
   const char* name = flags.zone ? "--zone" : "--sides";
-  const auto ok = api::check_sides(options, name);
-  return ok ? ok : refused(ok.error().message, "", name);
+  if (const auto ok = api::check_sides(options, name); !ok) return refused(ok.error().message, "", name);
+  if (const auto ok = api::check_groups(options, "--regions"); !ok) return bad_flag("--regions", ok.error().message);
+  return Done{};
 }
 
 Result<Done> set_machine(const Flags& flags, Options& options) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "api/formats/gltf_bundle.h"
 #include "api/json_filter.h"
@@ -28,14 +29,27 @@ bool has_same_bytes(const fs::path& a, const fs::path& b) {
   return in_a && in_b && std::equal(Bytes(in_a), Bytes(), Bytes(in_b), Bytes());
 }
 
-// Returns why the file is not a mesh. An unreadable baseline would turn every later check into an error.
-std::optional<std::string> mesh_defect(const fs::path& file) {
+// Returns why the candidate cannot be the gate's baseline: it is no mesh, or lacks a group of the gate. Every later
+// check would be an error.
+std::optional<std::string> mesh_defect(const Gate& gate) {
+  const fs::path& file = gate.candidate;
   const auto whole = api::WholeFile::open(file.string());
   if (!whole) return "cannot be read";
   const api::MeshInput input{file.string(), whole->bytes(), file.string(), ""};
   const auto mesh = api::load(input, api::ReadLimits{});
-  if (mesh) return std::nullopt;
-  return "cannot be read: " + mesh.error().message;
+  if (!mesh) return "cannot be read: " + mesh.error().message;
+  for (const RegionLimit& one : gate.regions) {
+    const auto* const group = std::get_if<Group>(&one.region.shape);
+    if (group && !api::find_group(mesh->groups, group->name))
+      return "has no group " + api::shown_text(group->name) + ", which the region " + api::shown_text(one.region.name) +
+             " needs: export it with its groups, or change the region";
+  }
+  return std::nullopt;
+}
+
+bool has_group(const Gate& gate) {
+  return std::ranges::any_of(gate.regions,
+                             [](const RegionLimit& one) { return std::holds_alternative<Group>(one.region.shape); });
 }
 
 // Returns why the candidate is more than one file: a copy of the .gltf alone would lack the files beside it.
@@ -81,10 +95,10 @@ class Planner {
     }
     if (const auto wrong = baseline_defect(gate)) return refuse(gate, "baseline", gate.baseline, *wrong);
     const auto [first, is_new] = candidates_.emplace(gate.baseline, gate.candidate);
-    if (is_new) return add_update(gate);
-    if (is_same_file(first->second, gate.candidate)) return;
-    refuse(gate, "baseline", gate.baseline,
-           "is that of " + shown_path(first->second) + " as well: leave one of the two gates out");
+    if (!is_new && !is_same_file(first->second, gate.candidate))
+      return refuse(gate, "baseline", gate.baseline,
+                    "is that of " + shown_path(first->second) + " as well: leave one of the two gates out");
+    if (is_new || has_group(gate)) add_update(gate, is_new);
   }
 
   std::vector<Update> updates;
@@ -112,16 +126,16 @@ class Planner {
     return "would hold what " + shown_path(gate.candidate) + " holds, and ends in another suffix: name it alike";
   }
 
-  void add_update(const Gate& gate) {
+  void add_update(const Gate& gate, bool is_new) {
     Update update{gate.name, gate.candidate, gate.baseline, Update::Kind::create};
     std::error_code failed;
     if (fs::exists(gate.baseline, failed)) {
       const bool same = has_same_bytes(gate.candidate, gate.baseline);
       update.kind = same ? Update::Kind::none : Update::Kind::replace;
     }
-    const auto wrong = update.kind == Update::Kind::none ? std::nullopt : mesh_defect(gate.candidate);
+    const auto wrong = update.kind == Update::Kind::none ? std::nullopt : mesh_defect(gate);
     if (wrong) return refuse(gate, "candidate", gate.candidate, *wrong);
-    updates.push_back(std::move(update));
+    if (is_new) updates.push_back(std::move(update));
   }
 
   std::map<fs::path, fs::path> candidates_;  // baseline -> candidate

@@ -26,9 +26,9 @@ struct Updates {
 };
 
 // Plans the updates and writes nothing. `gates`: from gates_of(..., Baselines::may_be_missing), or from flags.
-// Mistakes: a candidate that is missing, is no mesh or is a glTF of several files; two candidates for one baseline; a
-// suffix that differs from the candidate's; a baseline that is a symbolic link, or lies behind one that leads out of
-// the manifest's folder (without a manifest: the current folder).
+// Mistakes: a candidate that is missing, is no mesh, lacks a group of the gate or is a glTF of several files; two
+// candidates for one baseline; a suffix that differs from the candidate's; a baseline that is a symbolic link, or lies
+// behind one that leads out of the manifest's folder (without a manifest: the current folder).
 Updates plan_updates(const std::vector<Gate>& gates);
 
 // Carries out all updates or none, as far as the file system allows: copies everything first, then renames. A

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "api/formats/text.h"
 #include "api/gate.h"
@@ -158,6 +159,9 @@ Result<Done> check_limits(const Gate& gate) {
   for (const RegionLimit& one : gate.regions) {
     const std::string name = "the region " + api::shown_text(one.region.name) + ": its limit ";
     if (auto ok = same(one.limit, name.c_str(), gate.limit, "max_distance "); !ok) return ok;
+    if (gate.options.direction == Direction::a_to_b && std::holds_alternative<Group>(one.region.shape))
+      return refused("the region " + api::shown_text(one.region.name) +
+                     " is a group of the baseline: the direction must be symmetric or baseline_to_candidate");
   }
   if (!gate.regions.empty() && !gate.limit.is_given() && (gate.area_limit || gate.zone))
     return refused("regions needs max_distance, the limit of what is in no region");

@@ -1,6 +1,8 @@
 #include "check/manifest/region_setting.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -28,7 +30,9 @@ nlohmann::json json_of(const YamlNode& node) {
     const char* end = node.text.data() + node.text.size();
     const bool is_number = !node.text.empty() && !api::is_letter(node.text.front()) &&
                            api::parse_number(node.text.data(), end, number) == end;
-    return is_number ? nlohmann::json(number) : json;
+    if (!is_number) return json;
+    const bool is_whole = number == std::trunc(number) && std::abs(number) < 0x1p53;  // is shown as written: 5, not 5.0
+    return is_whole ? nlohmann::json(static_cast<std::int64_t>(number)) : nlohmann::json(number);
   }
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     if (node.kind == Kind::list) {

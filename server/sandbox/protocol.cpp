@@ -284,7 +284,7 @@ std::optional<Reply> decode_reply(std::string_view message) {
   }
 }
 
-// A reader that has nothing left to read ends each loop with its first step.
+// After its first error a reader returns 0 and "", so the loops end. Memory: a constant, and 8 bytes for each 8 read.
 std::optional<api::Groups> decode_groups(std::string_view bytes, std::uint64_t triangles) {
   Reader reader(bytes);
   api::Groups groups;

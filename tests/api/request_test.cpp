@@ -325,7 +325,12 @@ TEST_CASE("request: wrong regions are refused with their place") {
   CHECK(where(one(R"("name": "x", "sphere": {"centre": [0, 0, 0], "radius": -1})")) == "/regions/0/sphere/radius");
   CHECK(where(one(R"("name": "x", "group": "y", )" + box)) == "/regions/0");
   CHECK(where(one(R"("name": "x", "group": 1)")) == "/regions/0/group");
+  CHECK(refusal(R"({"regions": [{"name": "x", "group": 5}]})").message.ends_with("not 5: write it in quotes"));
   CHECK(where(one(R"("name": "x", "group": "")")) == "/regions/0/group");
+  CHECK(where(one(R"("name": "x", "group": "a\u009b")")) == "/regions/0/group");
+  CHECK(where("[{\"name\": \"y\", " + box + R"(}, {"name": "x", "group": "g"}])", R"("direction": "a_to_b", )") ==
+        "/regions/1/group");
+  CHECK(api::parse_options(R"({"regions": [{"name": "x", "group": "g"}], "direction": "b_to_a"})", {}).ok());
   CHECK(where(one(R"("name": "x", "group": "a\nb")")) == "/regions/0/group");
   CHECK(where(one(R"("name": "x", "group": ")" + std::string(257, 'x') + "\"")) == "/regions/0/group");
   CHECK(where(one(R"("name": "x", "layer": "y", )" + box)) == "/regions/0/layer");

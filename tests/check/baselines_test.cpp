@@ -119,6 +119,23 @@ TEST_CASE("baselines: a candidate that is no mesh is refused") {
         List{"gate 'x': the candidate 'gone.off' does not exist"});
 }
 
+TEST_CASE("baselines: a candidate without a group of the gate is refused") {
+  const Folder folder;
+  const Inside inside(folder.path());
+  folder.write("x.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\ng lid\nf 1 2 3\n");
+  const auto asks_for = [](const char* group) {
+    Gate asking = gate("x", "x.obj", "b.obj");
+    asking.regions.push_back({meshgauge::Region{meshgauge::Group{group, {}}, {}, "top"}, {}});
+    return asking;
+  };
+  CHECK(plan_updates({asks_for("lid")}).updates.size() == 1);
+  const List refused{
+      "gate 'x': the candidate 'x.obj' has no group 'Lid', which the region 'top' needs: export it with its groups, or "
+      "change the region"};
+  CHECK(said(plan_updates({asks_for("Lid")})) == refused);
+  CHECK(said(plan_updates({gate("w", "x.obj", "b.obj"), asks_for("Lid")})) == refused);
+}
+
 TEST_CASE("baselines: candidate and baseline must have the same suffix") {
   const Folder folder;
   const Inside inside(folder.path());

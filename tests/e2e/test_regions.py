@@ -82,7 +82,7 @@ class Regions(ServerCase):
         self.assertIs(found[3]["empty"], True)
         for options, where, said in (
                 ({"regions": [low, {"name": "x", "group": "Low"}]}, "/regions/1/group", "no group 'Low': 'b' has 'all', 'high', 'low'"),
-                ({"regions": [low], "direction": "a_to_b"}, "/regions/0/group", "'the low one' is a group of 'b': it is measured from there")):
+                ({"regions": [low], "direction": "a_to_b"}, "/regions/0/group", "'the low one' is a group of mesh b: the direction must be symmetric or b_to_a")):
             problem = self.refused(compare(**options), 422, "invalid-request")
             self.assertIn(said, problem["detail"])
             self.assertEqual(problem["errors"][0]["where"], where)

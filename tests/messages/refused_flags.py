@@ -106,7 +106,7 @@ def gates():
                                                    "regions: [{name: bore, sphere: {centre: [0, 0, 0], radius: 9}, max_distance: 1}]"])),
         ("a region has no surface", manifest(["candidate: good.obj", "baseline: far.obj", "max_distance: 3",
                                               "regions: [{name: bore, sphere: {centre: [90, 0, 0], radius: 9}}]"])),
-        ("a region is a group that the baseline has not", manifest(["candidate: good.obj", "baseline: far.obj", "max_distance: 3",
+        ("a region is a group that the baseline does not have", manifest(["candidate: good.obj", "baseline: far.obj", "max_distance: 3",
                                                                     "regions: [{name: lid, group: Lid}]"])),
         ("the candidate is too far outside of the baseline", manifest(["candidate: far.obj", "baseline: box.obj", "zone: [-9, 0.1]"])),
         ("the baseline of a zone is open", manifest(["candidate: good.obj", "baseline: far.obj", "zone: [-1, 1]"])),

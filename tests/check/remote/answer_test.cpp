@@ -155,11 +155,13 @@ TEST_CASE("answer: the candidate was moved as asked for") {
     CHECK(is_answer());
     for (AlignOptions other :
          {AlignOptions{motion(2), fit, true, fit ? 0.5 : 1}, AlignOptions{motion(2), fit, false, 0.9},
-          AlignOptions{motion(1), fit, false, fit ? 0.5 : 1}, AlignOptions{{}, fit, false, fit ? 0.5 : 1},
-          AlignOptions{motion(2), !fit, false, fit ? 0.5 : 1}}) {
+          AlignOptions{motion(1), fit, false, fit ? 0.5 : 1}, AlignOptions{motion(2), !fit, false, fit ? 0.5 : 1}}) {
       body["alignment"] = api::json_of(fit ? moved : api::Aligned{{other.start}, {}}, other);
       CHECK_FALSE(is_answer());
     }
+    const AlignOptions nowhere{{}, fit, false, fit ? 0.5 : 1};
+    body["alignment"] = api::json_of(fit ? moved : api::Aligned{{nowhere.start}, {}}, nowhere);
+    CHECK(is_answer() == fit);  // an older service does not say from where it fitted
     for (const char* wrong : {"null", "7", "[]", "{}"}) {
       body["alignment"] = nlohmann::ordered_json::parse(wrong);
       CHECK_FALSE(is_answer());

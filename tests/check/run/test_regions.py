@@ -46,6 +46,8 @@ gates:
         self.exits(3, *pair, "[{name: left, group: left, box: {min: [0, 0, 0], max: [1, 1, 1]}}]")
         run = self.exits(3, *pair, "[{name: left, group: right}]")
         self.assertIn("no group 'right': 'named.obj' has 'Bohrung \u00e4', 'left'", run.stdout + run.stderr)
+        run = self.exits(3, *pair, "[{name: left, group: left}]", "--direction", "candidate_to_baseline")
+        self.assertIn("the direction must be symmetric or baseline_to_candidate", run.stdout + run.stderr)
         self.file("groups.yaml", """
 version: 1
 gates:
