@@ -68,8 +68,9 @@ Result<RigidMotion> motion_of(const Numbers& rows, const std::string& name) {
   }
   RigidMotion motion;
   for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) motion.rotation(i, k) = rows[static_cast<std::size_t>(4 * i + k)];
-    motion.translation[i] = rows[static_cast<std::size_t>(4 * i + 3)];
+    const double* const row = rows.data() + 4 * i;
+    motion.rotation.row(i) = Eigen::RowVector3d(row[0], row[1], row[2]);
+    motion.translation[i] = row[3];
   }
   const double off = off_orthonormal(motion.rotation);
   if (!(off <= kMostOffOrthonormal)) {

@@ -87,7 +87,8 @@ def _regions(regions: Any) -> tuple[list[dict[str, Any]], set[str]]:
     if isinstance(regions, (str, Mapping)) or not isinstance(regions, Iterable):
         raise InputError(f"regions must be a list of mappings such as {{'name': 'bore', 'box': {{'min': [0, 0, 0], "
                          f"'max': [1, 1, 1]}}}}, not {regions!r}")
-    sent, units = [], set()
+    sent = []
+    units: set[str] = set()
     for index, region in enumerate(regions):
         if not isinstance(region, Mapping):
             raise InputError(f"regions[{index}] must be a mapping, not {region!r}")
