@@ -65,7 +65,7 @@ TEST_CASE("naming: braces hold placeholders and nothing else") {
 TEST_CASE("utf8: only well-formed UTF-8 of RFC 3629 is accepted") {
   for (const char* good :
        {"", "abc", "\xC3\xA4", "\xE2\x82\xAC", "\xF0\x9F\x98\x80", "\xEE\x80\x80", "\xF4\x8F\xBF\xBF"})
-    CHECK(is_utf8(good));
+    CHECK(meshgauge::is_utf8(good));
   struct Row {
     const char* text;
     std::size_t where;
@@ -80,7 +80,7 @@ TEST_CASE("utf8: only well-formed UTF-8 of RFC 3629 is accepted") {
                          {"\xF8\x88\x80\x80\x80", 0},
                          {"\xC3\xA4\xC3", 2},
                          {"\xE2\x82", 0}}) {
-    CHECK(find_not_utf8(row.text) == row.where);
+    CHECK(meshgauge::find_not_utf8(row.text) == row.where);
   }
 }
 
