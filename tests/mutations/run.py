@@ -162,8 +162,6 @@ MUTATIONS = [
     ("sides: a passing has no direction", "engine/area/winding.cpp", "return ray.up ? least : -least;", "return least * least;"),
     ("sides: a ray skips boxes a little too early", "engine/area/winding.cpp",
      "std::min(a, b) <= high + kWide", "std::min(a, b) <= high - 0.01"),
-    ("sides: a part that may cross B has the side of a corner", "engine/area/side_search.cpp",
-     "if (low[highest] > 0) part.side", "part.side"),
     ("sides: the other side is bounded by the corners alone", "engine/area/side_search.cpp",
      "found = std::max(found, high[i] + at * (high[j] - high[i]) + rounding::kCutValueSlack);", "(void)at;"),
     ("sides: the bounds of closed parts are lost", "engine/area/side_search.cpp",

@@ -181,7 +181,7 @@ TEST_CASE("lower: the same lanes and bits on every set, and none is left out tha
         may = may && top > probe.tops[d] + 1e-14;
       }
       if (may) CHECK((triangles & boxes & (1U << lane)) != 0);
-      left_out += (triangles & (1U << lane)) == 0 ? 1 : 0;
+      left_out += (triangles & (1U << lane)) == 0 ? 1U : 0U;
     }
   }
   CHECK(left_out > kRounds);
