@@ -154,6 +154,8 @@
 //      roundings. A point of a triangle moves no farther than its corners do (R8). If the mesh is within e of the
 //      surface that it stands for (R8), the exact images of both are within |r| e, and |r|^2 is the largest eigenvalue
 //      of r^T r, below 1 + 3 * 2^-48.
+//
+// (R18) Cells. Derived where it is used, in engine/area/part.h: kCellLevels = 8, cell_error().
 #pragma once
 
 #include <algorithm>

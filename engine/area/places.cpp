@@ -24,13 +24,15 @@ double gap_sq(const Box& a, const Box& b) {
 }
 
 // Whether each triangle of B is surely farther than `limit` from the box: so are their boxes, or those around them
-// (R6).
-bool is_beyond(const Bvh& to, const Box& box, double limit) {
+// (R6). False also when `stop`, which is polled about every 0.1 ms, returned true.
+bool is_beyond(const Bvh& to, const Box& box, double limit, const Interrupted& stop) {
+  constexpr std::size_t kVisitsALook = 1024;
   const double near = far_limit(limit * limit);
   std::array<std::uint32_t, kMaxStack> stack;
-  std::size_t size = 0;
+  std::size_t size = 0, visits = 0;
   stack[size++] = Bvh::kRoot;
   while (size > 0) {
+    if (++visits % kVisitsALook == 0 && stop()) return false;
     const std::uint32_t child = stack[--size];
     if (child & WideNode::kLeaf) {
       const std::uint32_t block = child & ~WideNode::kLeaf;
@@ -106,7 +108,7 @@ class PlaceFinder {
       for (std::size_t b = task * kBlocksATask; b < std::min(count, (task + 1) * kBlocksATask) && !stopped; ++b) {
         const std::size_t begin = b * size, end = std::min(begin + size, places_.size());
         const Box box = box_of(begin, end);
-        if (is_beyond(in_.to, box, high_)) {
+        if (is_beyond(in_.to, box, high_, stop_)) {
           set(begin, end, Place::beyond);
           continue;
         }
@@ -122,7 +124,7 @@ class PlaceFinder {
         if (found.distance <= high_) continue;
         for (std::size_t few = begin; few < end; few += kLanes) {
           const std::size_t last = std::min(few + kLanes, end);
-          if (!is_beyond(in_.to, box_of(few, last), high_)) continue;
+          if (!is_beyond(in_.to, box_of(few, last), high_, stop_)) continue;
           set(few, last, Place::beyond);
           unknown -= last - few;
         }

@@ -57,7 +57,7 @@ class Keys(unittest.TestCase):
         path = pathlib.Path(folder.name) / "keys.json"
         self.greedy, one = new_key("greedy", max_jobs=1000, requests_per_minute=100000, burst=10000)
         self.modest, other = new_key("modest")
-        self.watching, third = new_key("watching", "--scope", "metrics")
+        self.watching, third = new_key("watching", "--scope", "metrics", requests_per_minute=10_000_000, burst=100_000)
         write_keys(path, one, other, third)
         self.server = Server("--keys-file", str(path), "--workers", "2", "--queue", "6", "--max-upload-bytes", str(4 * MB),
                              "--max-queued-jobs", "40")
@@ -70,8 +70,9 @@ class Keys(unittest.TestCase):
         return self.server.compare(**SLOW, options=SLOW_OPTIONS, extra=bearer(self.greedy) + extra)
 
     def level(self, name):
-        text = self.server.get("/metrics", extra=bearer(self.watching)).body.decode()
-        return float(text.split("\n%s " % name, 1)[1].split("\n", 1)[0])
+        answer = self.server.get("/metrics", extra=bearer(self.watching))
+        self.assertEqual(answer.status, 200, answer.body)
+        return float(answer.body.decode().split("\n%s " % name, 1)[1].split("\n", 1)[0])
 
     def test_hard_comparisons_that_are_stored(self):
         accepted = [self.hard(ASYNC).status for _ in range(40)]
