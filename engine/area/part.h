@@ -11,13 +11,14 @@
 //    r. So with shares x_low <= x <= x_high of the cells C, the share of P is between (sum |C| x_low - e - r) / |P| and
 //    (sum |C| x_high + r) / |P|, and with values in [0, m] instead of shares m times e + r and r are in their places.
 //    Proof. sum |C| - |union of the C in P| <= |P| + e - (|P| - r).
-//    Rounding (R18), u = 2^-53. Each point of P is within 36u of a cell, and a point of a cell's edge within 12u of that
-//    edge (overlay.h). A corner in space errs by 10u more, and the frame's residual is below 32u. So a point of P, also
-//    one in no cell, is within 36u + 12u + 10u + 32u of one that a cell bounds, which the slack of kCellLevels cuts
-//    exceeds: 8 * 16u. Therefore a limit that all cells are within, or beyond, holds for all of P. With L the longest
-//    edge, a cell's outline is at most 3L long; what it misses, doubled, is below 2 * (36u * 3L + 3.15 * (36u)^2), and
-//    fans of polygons that rounding made concave err by 12uL at a corner. In all less than 1024uL + 2^-88 a cell. The
-//    area of a part, doubled, is a difference of two products of differences: it errs by less than 128u L^2.
+//    Rounding (R18), u = 2^-53. Each point of P is within 36u of a cell, and a point of a cell's edge within 12u of
+//    that edge (overlay.h). A corner in space errs by 10u more, and the frame's residual is below 32u. So a point of P,
+//    also one in no cell, is within 36u + 12u + 10u + 32u of one that a cell bounds, which the slack of kCellLevels
+//    cuts exceeds: 8 * 16u. Therefore a limit that all cells are within, or beyond, holds for all of P. With L the
+//    longest edge, a cell's outline is at most 3L long; what it misses, doubled, is below 2 * (36u * 3L + 3.15 *
+//    (36u)^2), and fans of polygons that rounding made concave err by 12uL at a corner. In all less than 1024uL + 2^-88
+//    a cell. The area of a part, doubled, is a difference of two products of differences: it errs by less than 128u
+//    L^2.
 #pragma once
 
 #include <array>
