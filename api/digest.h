@@ -30,4 +30,7 @@ class Sha256 {
 // not for a child of fork().
 std::string random_id();
 
+// OpenSSL sets itself up at its first use, and never again where memory was missing then: call this at the start.
+void set_up_digests();
+
 }  // namespace meshgauge::api

@@ -190,6 +190,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   block_signals();
   keep_heap_small(static_cast<unsigned>(settings.workers));
   wait_for_memory();
+  api::set_up_digests();
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
