@@ -1,5 +1,6 @@
 #include "server/service.h"
 
+#include "api/digest.h"
 #include "server/heap.h"
 #include "server/maps/spare_room.h"
 #include "server/memory_plan.h"
