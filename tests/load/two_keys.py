@@ -2,7 +2,7 @@
 """Measures small comparisons of one key while another key sends hard ones and stalled uploads.
 
 The greedy key keeps a thousand hard comparisons wanted: it sends another one as soon as it may. Prints the modest key's
-times without it and beside it, and how long a hard comparison keeps a processor: the system shares processors by slices.
+times without it and beside it.
 """
 import argparse
 import contextlib
@@ -97,29 +97,6 @@ def measure(client, count):
     return sorted(times)
 
 
-def compute(ended):
-    os.nice(10)  # as the service does (server/jobs/scheduler.cpp)
-    while not ended.is_set():
-        sum(range(10_000))
-
-
-def measure_slice(count):
-    """How late a sleeper wakes beside as many computations as there are processors, sorted, in ms."""
-    ended = multiprocessing.Event()
-    busy = [multiprocessing.Process(target=compute, args=(ended,)) for _ in range(os.cpu_count())]
-    for one in busy:
-        one.start()
-    late = []
-    for _ in range(count):
-        began = time.monotonic()
-        time.sleep(0.002)
-        late.append(1000 * (time.monotonic() - began) - 2)
-    ended.set()
-    for one in busy:
-        one.join()
-    return sorted(late)
-
-
 def show(name, times):
     print(f"{name}: median {times[len(times) // 2]:.1f} ms, p99 {times[len(times) * 99 // 100]:.1f} ms, slowest {times[-1]:.1f} ms", flush=True)
 
@@ -149,7 +126,6 @@ def main():
         greedy.end()
         print(f"the other key: {greedy.taken.value} of {greedy.sent.value} hard comparisons were accepted")
         service.stop()
-    show("a slice of a processor", measure_slice(args.requests))
 
 
 if __name__ == "__main__":

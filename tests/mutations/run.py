@@ -136,7 +136,7 @@ MUTATIONS = [
     # certified areas
     ("areas: what is nearly within a limit counts as within", "engine/area/places.cpp", "low_(low - slack_)", "low_(low * 1.2)"),
     ("areas: a block counts as beyond by its middle", "engine/area/places.cpp",
-     "if (is_beyond(in_.to, box, high_)) {", "if (is_beyond(in_.to, Box{(box.low + box.high) / 2, (box.low + box.high) / 2}, high_)) {"),
+     "if (is_beyond(in_.to, box, high_, stop_)) {", "if (is_beyond(in_.to, Box{(box.low + box.high) / 2, (box.low + box.high) / 2}, high_, stop_)) {"),
     ("areas: what the sweep keeps counts as within", "engine/area/places.cpp",
      "if (places_[t] == Place::unknown && !kept[t])", "if (places_[t] == Place::unknown)"),
     ("areas: the input error does not count for places", "engine/area/places.cpp",
@@ -197,9 +197,9 @@ def caught_by(build, campaign, in_full=False):
     keeps_going = in_full and campaign == CAMPAIGNS[""]
     for folder, command, figures in (("fuzz", campaign + ["--keep-going"] * keeps_going, figures_of_campaign),
                                      ("engine", ["engine_tests"], figures_of_tests)):
-        name = command[0]
+        name, *flags = command
         try:
-            done = run([str(build / "tests" / folder / name)] + command[1:], cwd=build, timeout=600)
+            done = run([str(build / "tests" / folder / name), *flags], cwd=build, timeout=600)
         except subprocess.TimeoutExpired:
             return name, "", "does not end"
         if done.returncode != 0:
