@@ -38,6 +38,8 @@ struct Refined {
   double cell_error = 0;
 };
 
+constexpr std::size_t kBytesOfRefined = sizeof(Refined) + kMostMade * sizeof(Part);
+
 }  // namespace
 
 AreaSearch::AreaSearch(const AreaDirection& direction)
@@ -285,7 +287,7 @@ std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
 // Within what is left of the work items, and an eighth of the memory.
 std::size_t AreaSearch::most_chosen() const {
   const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
-  const std::size_t fit = in_.options.max_memory_bytes / 8 / (sizeof(Refined) + kMostMade * sizeof(Part));
+  const std::size_t fit = in_.options.max_memory_bytes / 8 / kBytesOfRefined;
   return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
 }
 
@@ -293,6 +295,7 @@ std::size_t AreaSearch::most_chosen() const {
 // interrupted, and nothing has changed.
 bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& demand) {
   std::vector<Refined> found(chosen.size());
+  const std::uint64_t left_of_each = (in_.options.max_work_items - work_.subdivisions) / chosen.size();
   std::atomic<bool> stopped{false};
   std::vector<Work> works(in_.pool.size());
   in_.pool.run(tasks_for(chosen.size(), kPartsATask), [&](std::size_t worker, std::size_t task) {
@@ -312,7 +315,7 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
       if (is_worth_measuring(first) && !bounders_[worker].measure(first, works[worker], &stop_)) stopped = true;
       std::optional<CellParts> cells;
       if (is_worth_cells(first)) {
-        cells = bounders_[worker].cells(first, works[worker]);
+        cells = bounders_[worker].cells(first, left_of_each, works[worker]);
         first.has_failed = !cells;
       }
       if (cells) {
@@ -337,17 +340,19 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     open_[chosen[i]] = found[i].first;
     open_.insert(open_.end(), found[i].others.begin(), found[i].others.end());
+    found[i].others = {};
     area_.cell_error += found[i].cell_error;
   }
   return true;
 }
 
-// Whether a round could need too much: what is held, with what choose() and quantile() note of each part.
+// Whether a round could need too much: what is held, what choose() and quantile() note of each part, and what is made.
 bool AreaSearch::over_budget() const {
   constexpr std::size_t kNotes = 80;  // also for the blocks of a deque
   const std::size_t open = open_.size() * (sizeof(Part) + kNotes);
   const std::size_t closed = closed_.size() * (sizeof(WeightedEnclosure) + kNotes);
-  return bytes_of(corners_) + open + closed > in_.options.max_memory_bytes ||
+  const std::size_t made = std::min(open_.size(), most_chosen()) * kBytesOfRefined;
+  return bytes_of(corners_) + open + closed + made > in_.options.max_memory_bytes ||
          work_.subdivisions >= in_.options.max_work_items;
 }
 

@@ -192,6 +192,7 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
     half.weight = part.weight * (second ? 1 - cut.at : cut.at);
     half.depth = part.depth + 1;
     half.is_cell = part.is_cell;
+    half.is_rough = part.is_rough;
     half.enclosure.high = high_of(half, work);
     // The parent's functions hold on the exact part, up to the rounding of the new value.
     const Enclosure& known = part.enclosure;
@@ -204,7 +205,7 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
 
 // With F the prepared triangle, the affine map of F onto the exact part keeps shares of areas, and moves no point
 // farther than a corner. So a triangle C of F has the share |C| / |F| of the part's weight: R18.
-std::optional<CellParts> PartBounder::cells(const Part& part, Work& work) {
+std::optional<CellParts> PartBounder::cells(const Part& part, std::uint64_t most_parts, Work& work) {
   if (part.depth + rounding::kCellLevels >= rounding::kDepthAllowance) return std::nullopt;
   Piece piece;
   piece.corners = part.corners;
@@ -215,10 +216,10 @@ std::optional<CellParts> PartBounder::cells(const Part& part, Work& work) {
   CellParts made;
   double sum = 0;
   for (const Overlay::Cell& cell : found->cells) sum += add_cell(part, found->frame, cell, whole, made.parts);
-  work.subdivisions += made.parts.size();
   const double error =
       std::abs(sum - whole) + rounding::cell_error(found->cells.size(), made.parts.size(), found->frame.length);
-  if (!(error <= most_cell_error_ * whole)) return std::nullopt;
+  if (!(error <= most_cell_error_ * whole) || made.parts.size() > most_parts) return std::nullopt;
+  work.subdivisions += made.parts.size();
   made.error = part.weight * (error / whole);
   return made;
 }

@@ -77,9 +77,9 @@ class PartBounder {
   // Cuts the part in two, each with the functions of the whole or narrower ones, without a lower one of its own.
   // nullopt: `stop` returned true.
   std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop);
-  // Divides the part into cells, without lower functions of their own. nullopt: the overlay fails, or the error would
-  // be more than `most_cell_error` of the weight.
-  std::optional<CellParts> cells(const Part& part, Work& work);
+  // Divides the part into cells, without lower functions of their own. nullopt: the overlay fails, the error would be
+  // more than `most_cell_error` of the weight, or there would be more than `most_parts` parts.
+  std::optional<CellParts> cells(const Part& part, std::uint64_t most_parts, Work& work);
   // Measures the corners of a rough part, which may lower its upper function. False: `stop` returned true.
   bool measure(Part& part, Work& work, const Interrupted* stop);
   // Whether more work can narrow the enclosure: rounding is not most of its width, nor all of the part.

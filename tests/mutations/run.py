@@ -157,6 +157,13 @@ MUTATIONS = [
      "part.weight * (second ? 1 - cut.at : cut.at)", "part.weight / 2"),
     ("areas: a quantile is sought by a smaller share", "engine/area/quantile.cpp",
      "share(sum).upper <= 1 - p - kRound", "share(sum).upper <= 1 - 0.9 * p - kRound"),
+    ("areas: the last of the cells counts twice", "engine/area/area_search.cpp", "        cells->parts.pop_back();\n", ""),
+    ("areas: one cell takes the place of all", "engine/area/area_search.cpp",
+     "refined.others = std::move(cells->parts);", "refined.others = {};"),
+    ("areas: cells may cover a part twice", "engine/area/part.cpp", "std::abs(sum - whole) + rounding", "0 * std::abs(sum - whole) + rounding"),
+    ("areas: the last corner of a cell is left out", "engine/area/part.cpp",
+     "for (std::size_t i = 2; i < polygon.size; ++i)", "for (std::size_t i = 2; i < std::max<std::size_t>(polygon.size, 4) - 1; ++i)"),
+    ("areas: cells end where B does", "engine/bounds/overlay.cpp", "    if (view.takes_cells) return false;\n", "    if (view.takes_cells) continue;\n"),
     # sides
     ("sides: a ray passes what lies behind its start", "engine/area/winding.cpp", "  if ((towards > 0) != ray.up) return 0;\n", ""),
     ("sides: a passing has no direction", "engine/area/winding.cpp", "return ray.up ? least : -least;", "return least * least;"),
