@@ -187,6 +187,16 @@ TEST_CASE("cells: where B covers a part twice it has none, or those of one cover
   CHECK(refused < covers.size());
 }
 
+TEST_CASE("cells: a part of which B misses as much as it covers twice has none") {
+  Mesh half = whole_valley();
+  std::erase_if(half.triangles, [&](const Triangle& t) {
+    return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return half.positions[v].x() > 0; });
+  });
+  CHECK_FALSE(cells_over(half).cells);
+  half.triangles.insert(half.triangles.end(), half.triangles.begin(), half.triangles.end());
+  CHECK_FALSE(cells_over(half).cells);
+}
+
 TEST_CASE("cells: a part beyond a border, over a hole or under a fold's edge has none") {
   CHECK_FALSE(cells_over(valley({{-1, 0.2}})).cells);
   CHECK_FALSE(cells_over(valley({{-1, -0.1}, {0.1, 1}})).cells);
