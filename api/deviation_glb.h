@@ -17,6 +17,7 @@
 //
 //   extras of "candidate"
 //   limit | largest          distance of the last colour: a limit, or the largest distance of a vertex
+//   no_sides                 why there is no _SIDE, where it was asked for
 //   units                    unit's name, may be empty
 //   lower, upper             certified interval of the comparison; upper null: there is no upper bound
 //   witness                  where `lower` is attained; from_candidate: true: from the candidate, false: from the other

@@ -74,8 +74,9 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
   std::optional<Prepared> display;
   if (form == MapForm::refined)
     display.emplace(made.shown_, Prepared::Use::once, nullptr, std::nullopt, candidate.error());
+  const bool signs = facts.sides && facts.no_sides.empty();
   auto deviations =
-      deviation(display ? *display : candidate, baseline, {options.threads, options.simd, upper, facts.sides}, control);
+      deviation(display ? *display : candidate, baseline, {options.threads, options.simd, upper, signs}, control);
   if (!deviations) return not_in_time(control.check(), kWhat);
   const ColourScale scale = scale_of(facts, *deviations);
   const bool cloud = is_cloud(candidate.mesh());
@@ -100,6 +101,7 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
                cloud ? 0 : triangles,
                made.distances_,
                made.sides_,
+               signs && made.sides_.empty() ? "the baseline has no sides" : facts.no_sides,
                scale,
                facts.limit ? facts.limit->side : std::string_view(),
                unit ? std::string(to_string(*unit)) : std::string(),

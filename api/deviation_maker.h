@@ -52,8 +52,8 @@ class MadeMap {
 // Makes a map of the distance from `candidate` to `baseline`. Precondition: both are in the unit of the comparison's
 // result (in_unit(), api/prepared_mesh.h). No distance exceeds the certified upper bound of that direction. A decimated
 // map is measured at every vertex of the candidate and prefers to keep vertices above the limit; the farthest vertex is
-// always kept. With facts.sides each vertex that is shown has its side, unless the baseline has none. Error:
-// out_of_time when `control` says to stop.
+// always kept. With facts.sides each vertex that is shown has its side, unless the baseline has none: the map
+// says why. Error: out_of_time when `control` says to stop.
 Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseline, const ResultFacts& facts,
                                const MapOptions& options, Control& control);
 

@@ -33,6 +33,7 @@ struct DeviationMap {
   std::size_t candidate_triangles = 0;  // 0: a point cloud
   std::span<const double> distances;    // one per vertex, in the meshes' unit; finite and >= 0 (engine/deviation.h)
   std::span<const std::int8_t> sides;   // one per vertex, as in engine/deviation.h; empty: without signs
+  std::string no_sides{};               // why there are none though they were asked for; empty: nothing to say
   ColourScale scale;
   std::string_view limit_side{};  // "inside", "outside": the limit is of that side of the baseline; empty: of both
   std::string units;              // the unit's name; empty: not known

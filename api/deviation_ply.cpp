@@ -41,6 +41,7 @@ void describe(const DeviationMap& map, Header& header) {
   header.comment("certified interval of the measurement " + shortest(map.lower) + " " + shortest(map.upper));
   if (!map.sides.empty())
     header.comment("signed_distance is positive outside of the baseline, negative inside, nan where neither is proved");
+  if (!map.no_sides.empty()) header.comment("no signed_distance: " + one_line(map.no_sides));
   if (map.witness) {
     const ResultWitness& w = *map.witness;
     const char* const names[] = {"baseline", "candidate"};

@@ -48,6 +48,7 @@ class Writer {
     if (!map_.limit_side.empty()) fact("limit_side", map_.limit_side == "outside" ? 1 : -1);
     fact("lower", map_.lower);
     if (std::isfinite(map_.upper)) fact("upper", map_.upper);
+    if (!map_.no_sides.empty()) fact("no_sides", map_.no_sides);
     const std::string cloud = std::to_string(map_.is_cloud() ? cells() : 0);
     const std::string faces = std::to_string(map_.is_cloud() ? 0 : cells());
     out_ << "</FieldData>\n<Piece NumberOfPoints=\"" << map_.mesh.positions.size() << "\" NumberOfVerts=\"" << cloud
@@ -68,6 +69,13 @@ class Writer {
   void fact(const char* name, double value) {
     out_ << "<DataArray type=\"Float64\" Name=\"" << name << "\" NumberOfTuples=\"1\" format=\"ascii\">"
          << shortest(value) << "</DataArray>\n";
+  }
+
+  // A text is the numbers of its bytes and a 0, so that none needs an escape.
+  void fact(const char* name, const std::string& text) {
+    out_ << "<DataArray type=\"String\" Name=\"" << name << "\" NumberOfTuples=\"1\" format=\"ascii\">";
+    for (const char c : text) out_ << int{static_cast<unsigned char>(c)} << ' ';
+    out_ << "0</DataArray>\n";
   }
 
   // Every element has 8 bytes.

@@ -75,6 +75,7 @@ ResultFacts facts_of(const Json& document, Side candidate) {
   facts.upper = upper_of(document.at("distance"));
   facts.units = unit_plan_of(document);
   facts.sides = of_a && document.contains("sides");
+  if (facts.sides && document.at("sides").is_object()) facts.no_sides = sides_refused(document.at("sides"));
   facts.has_units = document.contains("unit");
   facts.direction = direction_of(document, of_a ? "a_to_b" : "b_to_a", true);
   const auto other = direction_of(document, of_a ? "b_to_a" : "a_to_b", false);
@@ -120,6 +121,14 @@ Result<ResultFacts> result_facts(const Json& document, Side candidate) try {
   return facts;
 } catch (const Json::exception& error) {
   return no_comparison(error.what());
+}
+
+std::string sides_refused(const Json& sides) {
+  const Json& refused = sides.at("refused");
+  if (refused.is_null()) return "";
+  auto why = refused.at("detail").get<std::string>();
+  if (why.starts_with("mesh b")) why.replace(0, 6, "the baseline");
+  return why;
 }
 
 UnitPlan unit_plan_of(const Json& document) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -44,12 +45,17 @@ struct ResultFacts {
   UnitPlan units;                            // of both files; `result` is the unit of every length here
   std::optional<RigidMotion> motion;         // of mesh a before it was measured, in that unit; nullopt: none
   bool sides = false;                        // whether the candidate's sides of the other mesh were asked for
+  std::string no_sides{};                    // sides_refused() of the document, if they were
   bool has_units = false;                    // false: written before version 0.2.0, without units
 };
 
 // Reads a result document. `candidate`: the mesh that the facts are about. Error: internal when the document is not a
 // result or its bounds are not an interval.
 Result<ResultFacts> result_facts(const nlohmann::ordered_json& document, Side candidate);
+
+// Returns why mesh b, in words the baseline, has no sides: "the baseline is open: ..."; empty: it has, or nothing is
+// known of it. Throws nlohmann::json::exception when `sides`, of a result document, has another form.
+std::string sides_refused(const nlohmann::ordered_json& sides);
 
 // Reads the units of a result document. A missing or unknown unit is nullopt, which converts nothing.
 UnitPlan unit_plan_of(const nlohmann::ordered_json& document);

@@ -73,10 +73,8 @@ ZoneReached::Side side_from(const Json& sides, const char* name, double limit) {
 // nullopt: the document has no valid sides.
 std::optional<ZoneReached> zone_from(const Json& document, const SideOptions::Zone& limit) try {
   const Json& sides = document.at("sides");
-  ZoneReached zone{side_from(sides, "inside", limit.inside), side_from(sides, "outside", limit.outside), "",
-                   sides.at("status").get<std::string>()};
-  if (!sides.at("refused").is_null()) zone.refused = sides.at("refused").at("detail").get<std::string>();
-  if (zone.refused.starts_with("mesh b")) zone.refused.replace(0, 6, "the baseline");
+  ZoneReached zone{side_from(sides, "inside", limit.inside), side_from(sides, "outside", limit.outside),
+                   api::sides_refused(sides), sides.at("status").get<std::string>()};
   const auto is_interval = [](const auto& side) { return side.lower >= 0 && side.lower <= side.upper; };
   return is_interval(zone.inside) && is_interval(zone.outside) ? std::optional(std::move(zone)) : std::nullopt;
 } catch (const Json::exception&) {
@@ -193,8 +191,15 @@ std::string_view to_string(Level level) {
 }
 
 api::ResultFacts facts_of(const Measured& measured) {
-  return {measured.shown,     measured.lower, measured.upper,  measured.witness,
-          measured.direction, measured.units, measured.motion, measured.zone.has_value()};
+  return {measured.shown,
+          measured.lower,
+          measured.upper,
+          measured.witness,
+          measured.direction,
+          measured.units,
+          measured.motion,
+          measured.zone.has_value(),
+          measured.zone ? measured.zone->refused : ""};
 }
 
 std::vector<Criterion> criteria_of(const Measured& measured) {

@@ -238,6 +238,8 @@ Result<Done> write_map(const std::string& file, const api::SharedMeshes& meshes,
   const Interrupts interrupts(&control);
   const auto pair = api::in_unit_of_result(meshes.a, meshes.b, facts->units, facts->motion, control);
   if (!pair) return pair.error();
+  if (!facts->no_sides.empty())
+    std::fprintf(stderr, "meshgauge: '%s' has no signed distance: %s\n", file.c_str(), facts->no_sides.c_str());
   const check::DeviationFile map{file, check::Refine::by_format, comparison.options.threads};
   return check::write_deviation(map, *pair->a, *pair->b, *facts, control);
 }

@@ -193,6 +193,9 @@ TEST_CASE("a GLB with sides has them beside the distances, and only then") {
   const json& side = glb.accessor(0, "_SIDE");
   CHECK(side["count"] == 8);
   for (std::size_t v = 0; v < 8; ++v) CHECK(glb.element<float>(side, v) == static_cast<float>(sides[v]));
+  CHECK(!glb.document["nodes"][0]["extras"].contains("no_sides"));
+  made.map.no_sides = "the baseline is open";
+  CHECK(Glb(made.map).document["nodes"][0]["extras"]["no_sides"] == "the baseline is open");
 }
 
 TEST_CASE("a GLB has the side of the position that it rounds, where that is sure") {

@@ -99,6 +99,25 @@ TEST_CASE("result facts: a direction that was not measured has no interval") {
   }
 }
 
+TEST_CASE("deviation maker: without sides the map says why, in the words of the result or its own") {
+  const Mesh shown = shapes::sphere(8), sheet = shapes::grid(4), ball = shapes::closed_sphere(9);
+  const Prepared candidate(shown), open(sheet), closed(ball);
+  Control control;
+  json of = document();
+  of["sides"] = {{"refused", {{"detail", "mesh b is open: somewhere"}}}};
+  const auto told = make_deviation(candidate, closed, facts(of, Side::a), {}, control);
+  CHECK(told->map().no_sides == "the baseline is open: somewhere");
+  CHECK(told->map().sides.empty());
+  CHECK(
+      make_deviation(candidate, open, facts(of, Side::b), {}, control)->map().no_sides.empty());  // were not asked for
+  of["sides"]["refused"] = nullptr;                                                               // as after a time-out
+  CHECK(make_deviation(candidate, open, facts(of, Side::a), {}, control)->map().no_sides ==
+        "the baseline has no sides");
+  const auto known = make_deviation(candidate, closed, facts(of, Side::a), {}, control);
+  CHECK(known->map().no_sides.empty());
+  CHECK(known->map().sides.size() == candidate.mesh().positions.size());
+}
+
 TEST_CASE("deviation maker: a decimated map has the farthest vertex and all beyond the limit") {
   const Pair pair;
   const Prepared bumpy(pair.bumpy), plain(pair.plain);

@@ -117,3 +117,10 @@ TEST_CASE("a PLY with sides has a signed distance behind the distance, nan where
   CHECK(signed_of(2) == -made.distances[2]);
   CHECK(std::isnan(signed_of(3)));
 }
+
+TEST_CASE("a PLY says why it has no signed distance, on one line") {
+  MadeMap made(shapes::cube());
+  CHECK(written(made.map).find("no signed_distance") == std::string::npos);
+  made.map.no_sides = "the baseline is\nopen";
+  CHECK(says(written(made.map), "comment no signed_distance: the baseline is open"));
+}

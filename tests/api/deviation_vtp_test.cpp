@@ -86,6 +86,9 @@ TEST_CASE("a VTP with sides has the signed distances, a cloud has vertices in pl
   CHECK(found[1] == made.distances[1]);
   CHECK(found[2] == -made.distances[2]);
   CHECK(std::isnan(found[3]));
+  CHECK(!Vtp(made.map).named("no_sides"));
+  made.map.no_sides = "<\xc3\xa4";
+  CHECK(Vtp(made.map).named("no_sides").text().as_string() == std::string("60 195 164 0"));
   made.map.candidate_triangles = 0;
   const Vtp cloud(made.map);
   CHECK(cloud.piece().attribute("NumberOfVerts").as_int() == 8);

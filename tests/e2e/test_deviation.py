@@ -107,7 +107,16 @@ class Content(ServerCase):
             self.assertNotIn(b"signed_distance", other)
         path, result = compared(self.server, cube, FLAT, {"sides": {}})
         self.assertEqual(result["sides"]["refused"]["reason"], "open")
-        self.assertNotIn(b"signed_distance", self.map("ply", path).body)
+        why = result["sides"]["refused"]["detail"].replace("mesh b", "the baseline")
+        comments, _, _ = ply_of(self.map("ply", path).body)
+        self.assertIn("no signed_distance: " + why, comments)
+        self.assertEqual(Glb(self.map("glb", path).body).extras["no_sides"], why)
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "a.obj").write_bytes(cube)
+            Path(folder, "b.obj").write_bytes(FLAT)
+            done = subprocess.run([BINARY, "compare", "a.obj", "b.obj", "--sides", "--map", "map.csv"], cwd=folder, env=ENVIRONMENT, check=True,
+                                  capture_output=True, timeout=60)
+            self.assertEqual(done.stderr.decode(), "meshgauge: 'map.csv' has no signed distance: %s\n" % why)
 
     def test_ply(self):
         comments, distances, faces = ply_of(self.map("ply").body)
