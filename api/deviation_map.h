@@ -9,12 +9,15 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <ostream>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "api/colour_map.h"
 #include "api/result_document.h"
 #include "engine/mesh.h"
+#include "engine/result.h"
 
 namespace meshgauge::api {
 
@@ -52,5 +55,24 @@ struct DeviationMap {
   // Whether the mesh is written as points, without triangles.
   bool is_cloud() const { return candidate_triangles == 0; }
 };
+
+enum class MapKind { ply, glb, vtp, csv };
+
+struct MapFormat {
+  MapKind kind;
+  std::string_view name;  // "ply"; with a point the suffix of a file
+  std::string_view media_type;
+};
+inline constexpr MapFormat kMapFormats[] = {{MapKind::ply, "ply", "model/ply"},
+                                            {MapKind::glb, "glb", "model/gltf-binary"},
+                                            {MapKind::vtp, "vtp", "application/vnd.vtk.polydata"},
+                                            {MapKind::csv, "csv", "text/csv"}};
+
+constexpr const MapFormat& format_of(MapKind kind) { return kMapFormats[static_cast<std::size_t>(kind)]; }
+// A GLB alone is for viewing: refined, or decimated (api/deviation_maker.h). The others have the candidate's vertices.
+constexpr bool is_for_viewing(MapKind kind) { return kind == MapKind::glb; }
+
+// Writes the map. The caller checks the state of `out`. Errors: those of write_deviation_glb().
+Result<Done> write_deviation(const DeviationMap& map, MapKind kind, std::ostream& out);
 
 }  // namespace meshgauge::api

@@ -5,11 +5,7 @@
 #include <string>
 #include <system_error>
 
-#include "api/deviation_csv.h"
-#include "api/deviation_glb.h"
 #include "api/deviation_maker.h"
-#include "api/deviation_ply.h"
-#include "api/deviation_vtp.h"
 #include "api/refused.h"
 #include "check/files.h"
 #include "check/manifest/naming.h"
@@ -19,27 +15,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_refined(const DeviationFile& file) {
-  return file.refine == Refine::always || (file.refine == Refine::by_format && suffix_of(file.path) == ".glb");
+Result<api::MapKind> kind_of(const fs::path& path) {
+  const std::string suffix = suffix_of(path);
+  for (const auto& format : api::kMapFormats) {
+    if (suffix == "." + std::string(format.name)) return format.kind;
+  }
+  return bad_flag("--deviation", "the file must end in .ply, .glb, .vtp or .csv, not '" + path.string() + "'");
 }
 
 Error cannot_write(const fs::path& path, const std::string& why) {
   return {ErrorCode::internal, "the deviation map '" + path.string() + "' cannot be written: " + why, "", ""};
 }
 
-Result<Done> write_map(const DeviationFile& file, const api::DeviationMap& map, std::ostream& out) {
-  const std::string suffix = suffix_of(file.path);
-  if (suffix == ".glb") return api::write_deviation_glb(map, out);
-  if (suffix == ".csv") return api::write_deviation_csv(map, out), Done{};
-  if (suffix == ".vtp") return api::write_deviation_vtp(map, out), Done{};
-  return api::write_deviation_ply(map, out), Done{};
-}
-
-Result<Done> write_whole(const DeviationFile& file, const api::DeviationMap& map) {
+Result<Done> write_whole(const DeviationFile& file, const api::DeviationMap& map, api::MapKind kind) {
   StagedFile staged(file.path);
   errno = 0;
   std::ofstream out(staged.path(), std::ios::binary);
-  const auto written = write_map(file, map, out);
+  const auto written = api::write_deviation(map, kind, out);
   out.close();
   const int number = errno;
   if (!written) return written;
@@ -51,22 +43,20 @@ Result<Done> write_whole(const DeviationFile& file, const api::DeviationMap& map
 }  // namespace
 
 Result<Done> check_deviation_name(const fs::path& path) {
-  const std::string suffix = suffix_of(path);
-  for (const char* known : {".ply", ".glb", ".vtp", ".csv"}) {
-    if (suffix == known) return Done{};
-  }
-  return bad_flag("--deviation", "the file must end in .ply, .glb, .vtp or .csv, not '" + path.string() + "'");
+  const auto kind = kind_of(path);
+  return kind ? Result<Done>(Done{}) : kind.error();
 }
 
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,
                              const api::ResultFacts& facts, Control& control) {
-  if (auto ok = check_deviation_name(file.path); !ok) return ok;
+  const auto kind = kind_of(file.path);
+  if (!kind) return kind.error();
   api::MapOptions options;
-  options.refine = is_refined(file);
+  options.refine = file.refine == Refine::by_format ? is_for_viewing(*kind) : file.refine == Refine::always;
   options.threads = file.threads;
   const auto made = api::make_deviation(candidate, baseline, facts, options, control);
   if (!made) return made.error();
-  return write_whole(file, made->map());
+  return write_whole(file, made->map(), *kind);
 }
 
 }  // namespace meshgauge::check

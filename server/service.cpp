@@ -93,8 +93,10 @@ void Service::add_comparison_routes() {
   router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
   router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
   if (!deviations_) return;
-  router_.add("GET", "/v1/comparisons/{}/deviation.ply", [this](Exchange& e) { deviations_->get(e, MapKind::ply); });
-  router_.add("GET", "/v1/comparisons/{}/deviation.glb", [this](Exchange& e) { deviations_->get(e, MapKind::glb); });
+  for (const auto& format : api::kMapFormats) {
+    router_.add("GET", "/v1/comparisons/{}/deviation." + std::string(format.name),
+                [this, kind = format.kind](Exchange& e) { deviations_->get(e, kind); });
+  }
 }
 
 void Service::add_batch_routes() {

@@ -133,10 +133,10 @@ void Deviations::add_validators(Exchange& exchange, const std::string& etag) {
 
 void Deviations::add_headers(Exchange& exchange, const Label& label) {
   add_validators(exchange, label.etag);
-  const bool ply = label.query.kind == MapKind::ply;
-  exchange.response.content_type = ply ? "model/ply" : "model/gltf-binary";
+  const api::MapFormat& format = api::format_of(label.query.kind);
+  exchange.response.content_type = format.media_type;
   const std::string name = "deviation-" + std::string(label.query.of == api::Side::a ? "a-" : "b-") +
-                           label.job.substr(0, kShownIdDigits) + (ply ? ".ply" : ".glb");
+                           label.job.substr(0, kShownIdDigits) + "." + std::string(format.name);
   exchange.response.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + "\"");
 }
 
@@ -287,8 +287,7 @@ void Deviations::submit(const std::shared_ptr<Making>& making, Scheduler::Slot s
 
 void Deviations::run(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
   auto result = make_map(*making, tools_);
-  metrics_.map_ended(making->order.query.kind == MapKind::ply ? "ply" : "glb", result.ok(),
-                     result.ok() ? result->stages.back().ms / 1000 : 0);
+  metrics_.map_ended(making->order.query.kind, result.ok(), result.ok() ? result->stages.back().ms / 1000 : 0);
   { const Scheduler::Slot done = std::move(slot); }
   making->end(std::move(result));
 }

@@ -1,5 +1,5 @@
-// Handlers of /v1/comparisons/{id}/deviation.ply and .glb: one mesh of a comparison that has ended, coloured by its
-// distance from the other one.
+// Handlers of /v1/comparisons/{id}/deviation.ply, .glb, .vtp and .csv: one mesh of a comparison that has ended,
+// coloured by its distance from the other one.
 //
 // find -> (cached: send) -> admit -> make on a worker thread, once for all simultaneous requests -> send
 #pragma once

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "api/deviation_glb.h"
-#include "api/deviation_ply.h"
 #include "api/measured_pair.h"
 #include "api/problem.h"
 #include "server/observe/log.h"
@@ -29,7 +28,7 @@ class Watch {
 
 // A GLB is in memory twice before it is written.
 Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint64_t max_bytes) {
-  if (order.query.kind == MapKind::ply) return Done{};
+  if (order.query.kind != MapKind::glb) return Done{};
   const std::size_t triangles = shown.mesh().triangles.size();
   const std::size_t most = std::min(triangles, order.query.max_triangles.value_or(triangles));
   const std::uint64_t bytes =
@@ -76,7 +75,7 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   const auto loan =
       tools.threads.lend(order.bytes >= kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);
   api::MapOptions options;
-  options.refine = order.query.kind == MapKind::glb;
+  options.refine = is_for_viewing(order.query.kind);
   options.max_triangles = order.query.max_triangles.value_or(options.max_triangles);
   options.threads = loan.threads();
   options.simd = tools.settings.simd;
@@ -84,10 +83,8 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   if (!map) return map.error();
   const double measure_ms = watch.lap_ms();
 
-  auto file = tools.cache.keep(*order.coming, [&](std::ostream& out) -> Result<Done> {
-    if (order.query.kind == MapKind::glb) return api::write_deviation_glb(map->map(), out);
-    return api::write_deviation_ply(map->map(), out), Done{};
-  });
+  auto file = tools.cache.keep(
+      *order.coming, [&](std::ostream& out) { return api::write_deviation(map->map(), order.query.kind, out); });
   if (!file) return file.error();
   result.file = std::move(*file);
   const double write_ms = watch.lap_ms();

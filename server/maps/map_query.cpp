@@ -37,7 +37,7 @@ Refusal read_count(std::string_view value, std::optional<std::size_t>& count) {
 
 std::string MapQuery::name() const {
   std::string text = of == api::Side::a ? "a" : "b";
-  text += kind == MapKind::ply ? ".ply" : ".glb";
+  (text += '.') += api::format_of(kind).name;
   return max_triangles ? text + " " + std::to_string(*max_triangles) : text;
 }
 
@@ -51,15 +51,16 @@ std::variant<MapQuery, Problem> parse_map_query(std::string_view query, MapKind 
     Refusal refusal;
     if (name == "of" && !std::exchange(side_given, true)) {
       refusal = read_side(value, asked.of);
-    } else if (name == "max_triangles" && kind == MapKind::glb && !asked.max_triangles) {
+    } else if (name == "max_triangles" && is_for_viewing(kind) && !asked.max_triangles) {
       refusal = read_count(value, asked.max_triangles);
-    } else if (name == "max_triangles" && kind == MapKind::ply) {
-      refusal = malformed("a .ply has all triangles of its mesh: 'max_triangles' is for .glb");
+    } else if (name == "max_triangles" && !is_for_viewing(kind)) {
+      refusal = malformed("a ." + std::string(api::format_of(kind).name) +
+                          " has the whole mesh: 'max_triangles' is for .glb");
     } else if (name == "of" || name == "max_triangles") {
       refusal = malformed("'" + std::string(name) + "' stands there twice");
     } else {
       refusal = malformed("unknown query parameter " + quoted(name) + "; known: of" +
-                          (kind == MapKind::glb ? ", max_triangles" : ""));
+                          (is_for_viewing(kind) ? ", max_triangles" : ""));
     }
     if (refusal) return *refusal;
   }

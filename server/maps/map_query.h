@@ -1,4 +1,4 @@
-// The query of /v1/comparisons/{id}/deviation.ply and .glb.
+// The query of /v1/comparisons/{id}/deviation.ply, .glb, .vtp and .csv.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace meshgauge::server {
 
-enum class MapKind { ply, glb };
+using api::MapKind;
 
 struct MapQuery {
   MapKind kind = MapKind::ply;

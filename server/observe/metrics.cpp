@@ -59,6 +59,14 @@ std::map<std::string_view, Histogram*> stage_histograms(Family<Histogram>& famil
   return all;
 }
 
+// In the order of api::MapKind.
+std::vector<Histogram*> map_histograms(Family<Histogram>& family) {
+  std::vector<Histogram*> all;
+  for (const auto& format : api::kMapFormats)
+    all.push_back(&family.Add({{"format", std::string(format.name)}}, kStageSeconds));
+  return all;
+}
+
 // Clients can invent any number of methods; unknown ones share a label.
 std::string_view known(std::string_view method) {
   constexpr std::array<std::string_view, 7> kMethods{"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
@@ -120,10 +128,8 @@ struct Metrics::Series {
   Counter& maps_made{maps.Add({{"outcome", "made"}})};
   Counter& maps_failed{maps.Add({{"outcome", "failed"}})};
   Counter& maps_found{maps.Add({{"outcome", "cached"}})};
-  Family<Histogram>& map_seconds{
-      histograms(registry, "meshgauge_map_seconds", "Time to make a deviation map, waiting included")};
-  Histogram& glb_seconds{map_seconds.Add({{"format", "glb"}}, kStageSeconds)};
-  Histogram& ply_seconds{map_seconds.Add({{"format", "ply"}}, kStageSeconds)};
+  std::vector<Histogram*> map_seconds{
+      map_histograms(histograms(registry, "meshgauge_map_seconds", "Time to make a deviation map, waiting included"))};
   Counter& claimed{counters(registry, "meshgauge_worker_claimed_total", "Jobs that this worker has claimed").Add({})};
   Counter& leases_lost{counters(registry, "meshgauge_worker_leases_lost_total",
                                 "Jobs that were given to another worker while this one ran them")
@@ -208,9 +214,9 @@ void Metrics::job_cancelled_early(Strategy strategy) { series_->job("cancelled",
 
 void Metrics::map_found() { series_->maps_found.Increment(); }
 
-void Metrics::map_ended(std::string_view format, bool made, double seconds) {
+void Metrics::map_ended(api::MapKind kind, bool made, double seconds) {
   (made ? series_->maps_made : series_->maps_failed).Increment();
-  if (made) (format == "ply" ? series_->ply_seconds : series_->glb_seconds).Observe(seconds);
+  if (made) series_->map_seconds[static_cast<std::size_t>(kind)]->Observe(seconds);
 }
 
 void Metrics::worker_claimed(std::size_t jobs) { series_->claimed.Increment(static_cast<double>(jobs)); }

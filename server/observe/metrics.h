@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "api/compare.h"
+#include "api/deviation_map.h"
 #include "server/sandbox/pool.h"
 
 namespace meshgauge::server {
@@ -71,8 +72,8 @@ class Metrics {
   void job_failed(std::string_view problem_type, Strategy strategy);  // ended without an interval
   void job_cancelled_early(Strategy strategy);                        // cancelled in the queue or while reading meshes
 
-  void map_found();                                                    // a deviation map was served from the cache
-  void map_ended(std::string_view format, bool made, double seconds);  // `made` false: it failed
+  void map_found();                                              // a deviation map was served from the cache
+  void map_ended(api::MapKind kind, bool made, double seconds);  // `made` false: it failed
 
   void worker_claimed(std::size_t jobs);
   void worker_lease_lost();  // a job that this process runs was given to another worker

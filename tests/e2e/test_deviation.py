@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, ServerCase, occupy_guests, until
-from maps import FLAT, WAVY, Glb, as_floats, compared, ply_of, positions_of
+from maps import FLAT, KINDS, WAVY, Glb, as_floats, compared, ply_of, positions_of
 
 
 def box(half, top):
@@ -46,7 +46,7 @@ class Content(ServerCase):
             return files[2].read_bytes()
 
     def test_the_files_are_those_of_the_commands(self):
-        for suffix, media_type in ((".ply", "model/ply"), (".glb", "model/gltf-binary")):
+        for suffix, media_type in ((".ply", "model/ply"), (".glb", "model/gltf-binary"), (".vtp", "application/vnd.vtk.polydata"), (".csv", "text/csv")):
             answer = self.map(suffix[1:])
             self.assertEqual(answer.headers["content-type"], media_type)
             for command in ("check", "compare"):
@@ -85,12 +85,12 @@ class Content(ServerCase):
             with tempfile.TemporaryDirectory() as folder:
                 for name, mesh in (("a.obj", larger), ("b.obj", cube)):
                     Path(folder, name).write_bytes(mesh)
-                for suffix in ("ply", "glb", "csv", "vtp"):
+                for suffix in KINDS:
                     subprocess.run([BINARY, "compare", "a.obj", "b.obj", *flags, "--threads", "1", "--map", "map." + suffix], cwd=folder, env=ENVIRONMENT,
                                    check=True, capture_output=True, timeout=60)
                     files[suffix] = Path(folder, "map." + suffix).read_bytes()
-            self.assertEqual(files["ply"], self.map("ply", path).body)
-            self.assertEqual(files["glb"], self.map("glb", path).body)
+            for suffix, content in files.items():
+                self.assertEqual(content, self.map(suffix, path).body)
             lines = files["csv"].decode().splitlines()
             self.assertEqual(lines[0], "x,y,z,distance,signed_distance")
             for line in lines[1:]:
@@ -207,12 +207,13 @@ class Refusals(ServerCase):
         for query, words in (("x=1", "unknown query parameter 'x'; known: of"), ("of=c", "'of' must be a or b, not 'c'"),
                              ("of", "must be a or b, not ''"), ("of=a&of=a", "'of' stands there twice"), ("&", "unknown"),
                              ("max_triangles=5", "'max_triangles' is for .glb"), ("of=%61", "must be a or b")):
-            self.assertIn(words, self.refused(self.server.get(path + "/deviation.ply?" + query), 400, "malformed-request")["detail"])
+            for name in ("ply", "vtp", "csv"):
+                self.assertIn(words, self.refused(self.server.get("%s/deviation.%s?%s" % (path, name, query)), 400, "malformed-request")["detail"])
         for value in ("0", "-1", "1.5", "1e3", "", "+1", "0x10", "1073741825", "9" * 40, "1&max_triangles=1"):
             self.refused(self.server.get(path + "/deviation.glb?max_triangles=" + value), 400, "malformed-request")
 
     def test_what_is_not_there(self):
-        for name in ("ply", "glb"):
+        for name in KINDS:
             self.refused(self.server.get("/v1/comparisons/%s/deviation.%s" % ("0" * 32, name)), 404, "not-found")
             self.refused(self.server.send("DELETE", "/v1/comparisons/%s/deviation.%s" % ("0" * 32, name)), 405, "method-not-allowed")
         self.refused(self.server.get("/v1/comparisons/%s/deviation.obj" % ("0" * 32)), 404, "not-found")
@@ -220,7 +221,7 @@ class Refusals(ServerCase):
     def test_what_has_not_ended_or_failed(self):
         failed = self.server.compare(a=b"v 0 0 nan\n").headers["x-request-id"]
         running = self.server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
-        for name in ("ply", "glb"):
+        for name in KINDS:
             problem = self.refused(self.server.get("%s/deviation.%s" % (running, name)), 409, "no-interval")
             self.assertIn("has not ended", problem["detail"])
             problem = self.refused(self.server.get("/v1/comparisons/%s/deviation.%s" % (failed, name)), 409, "no-interval")
@@ -230,7 +231,7 @@ class Refusals(ServerCase):
     def test_a_mesh_that_is_not_kept_is_named_and_may_be_sent_again(self):
         a = SQUARE + b"# not stored by others\n"
         path = "/v1/comparisons/" + self.server.compare(a=a).headers["x-request-id"]
-        for name in ("ply", "glb"):
+        for name in KINDS:
             for method in ("GET", "HEAD"):
                 self.assertEqual(self.server.get("%s/deviation.%s" % (path, name), method).status, 410)
             problem = self.refused(self.server.get("%s/deviation.%s" % (path, name)), 410, "mesh-gone")
@@ -252,8 +253,8 @@ class Refusals(ServerCase):
                 connection.sendall(b"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
                                    b"Content-Type: application/json\r\n\r\n")
             until(lambda: self.server.get("/readyz").status == 503)
-            for name in ("ply?of=b", "glb?of=b"):
-                answer = self.server.get("%s/deviation.%s" % (path, name))
+            for name in KINDS:
+                answer = self.server.get("%s/deviation.%s?of=b" % (path, name))
                 self.refused(answer, 503, "overloaded")
                 self.assertIn("retry-after", answer.headers)
         until(lambda: self.server.get("/readyz").status == 200)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from harness import SLOW, SLOW_OPTIONS, Server, flat_grid, occupy_guests, read_answer, until, wavy_grid
 from keys import bearer, new_key, write_keys
-from maps import FLAT, WAVY, compared
+from maps import FLAT, KINDS, WAVY, compared
 
 FAILING_DISK = os.environ.get("MESHGAUGE_FAILING_DISK_LIBRARY", "")
 
@@ -42,6 +42,7 @@ class Cached(unittest.TestCase):
         for outcome, count in (("made", 1), ("cached", 1), ("failed", 0)):
             self.assertEqual(self.value(server, 'meshgauge_maps_total{outcome="%s"}' % outcome), count)
         self.assertEqual(self.value(server, 'meshgauge_map_seconds_count{format="ply"}'), 1)
+        self.assertEqual(self.value(server, 'meshgauge_map_seconds_count{format="csv"}'), 0)
         self.assertEqual(self.value(server, "meshgauge_map_cache_bytes"), len(first.body))
         self.assertEqual(self.value(server, "meshgauge_map_cache_files"), 1)
         for other in ("ply?of=b", "glb", "glb?max_triangles=100", "glb?max_triangles=101"):
@@ -50,7 +51,7 @@ class Cached(unittest.TestCase):
     def test_heads_and_tags(self):
         server = self.start()
         path, _ = compared(server)
-        for name in ("deviation.ply?of=b", "deviation.glb"):
+        for name in ("deviation.ply?of=b", "deviation.glb", "deviation.vtp", "deviation.csv"):
             where = path + "/" + name
             early = server.get(where, "HEAD")
             self.assertNotIn("content-length", early.headers)
@@ -67,8 +68,8 @@ class Cached(unittest.TestCase):
                 self.assertEqual(server.get(where, "HEAD", extra).status, 304)
             self.assertEqual(server.get(where, extra='If-None-Match: "other"\r\n').status, 200)
         tags = {server.get(path + "/deviation." + name, "HEAD").headers["etag"]
-                for name in ("ply", "ply?of=b", "glb", "glb?of=b", "glb?max_triangles=7")}
-        self.assertEqual(len(tags), 5)
+                for name in (*KINDS, "ply?of=b", "glb?of=b", "glb?max_triangles=7")}
+        self.assertEqual(len(tags), 7)
 
     def test_a_connection_goes_on_after_a_map(self):
         server = self.start()
@@ -176,7 +177,7 @@ class Cached(unittest.TestCase):
                     "LD_PRELOAD": FAILING_DISK, "MESHGAUGE_FAILING_DISK": "%s:%s" % (disk, orders)})
                 path, _ = compared(server)
                 shared[:] = struct.pack("ii", server.process.pid, errno.ENOSPC)
-                for name in ("ply", "glb"):
+                for name in KINDS:
                     for _ in range(2):
                         self.assertEqual(server.get("%s/deviation.%s" % (path, name)).status, status)
                 shared[:] = bytes(8)

@@ -32,6 +32,8 @@ TEST_CASE("map query: each map has a name") {
   CHECK(name_of("", MapKind::ply) == "a.ply");
   CHECK(name_of("of=a", MapKind::ply) == "a.ply");
   CHECK(name_of("of=b", MapKind::glb) == "b.glb");
+  CHECK(name_of("of=b", MapKind::vtp) == "b.vtp");
+  CHECK(name_of("", MapKind::csv) == "a.csv");
   CHECK(name_of("max_triangles=20000", MapKind::glb) == "a.glb 20000");
   CHECK(name_of("max_triangles=1&of=b", MapKind::glb) == "b.glb 1");
   CHECK(name_of("max_triangles=1073741824", MapKind::glb) == "a.glb 1073741824");
@@ -42,7 +44,8 @@ TEST_CASE("map query: errors name the parameter") {
   CHECK(says(refusal_of("of"), "'of' must be a or b, not ''"));
   CHECK(says(refusal_of("of=a&of=a"), "'of' stands there twice"));
   CHECK(says(refusal_of("max_triangles=1&max_triangles=1"), "twice"));
-  CHECK(says(refusal_of("max_triangles=1", MapKind::ply), "is for .glb"));
+  CHECK(says(refusal_of("max_triangles=1", MapKind::ply), "a .ply has the whole mesh: 'max_triangles' is for .glb"));
+  CHECK(says(refusal_of("max_triangles=1", MapKind::csv), "a .csv has the whole mesh"));
   CHECK(says(refusal_of("x=1"), "unknown query parameter 'x'; known: of, max_triangles"));
   CHECK(says(refusal_of("x=1", MapKind::ply), "known: of"));
   CHECK(says(refusal_of("&"), "unknown query parameter ''"));

@@ -9,7 +9,8 @@ import { downloadButton } from "./share.js";
 
 const shownTriangles = 200_000; // more makes the picture slower, and no clearer
 
-type Form = "ply" | "glb";
+const forms = ["ply", "glb", "vtp", "csv"] as const;
+type Form = (typeof forms)[number];
 
 function pathOfMap(id: string, form: Form, of: Side, mostTriangles?: number): string {
   const query = new URLSearchParams({ of, ...(mostTriangles === undefined ? {} : { max_triangles: String(mostTriangles) }) });
@@ -83,7 +84,6 @@ export function mapRows(client: Client, result: Comparison, note: HTMLElement): 
     const [one, other] = of === "a" ? ["A", "B"] : ["B", "A"];
     const found = witness?.from === of && witness.lower > 0 ? ". The point that attains the lower end lies on it" : "";
     const words = `Deviation map: ${one} coloured by its distance to ${other}${found}.`;
-    const forms = ["ply", "glb"] as const;
     return h("div", { class: "actions map" }, ...forms.map((form) => mapButton(client, result, of, form, note)), h("p", { class: "hint" }, words));
   });
 }
