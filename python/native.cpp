@@ -11,12 +11,17 @@
 #include <thread>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "api/compare.h"
+#include "api/deviation_maker.h"
+#include "api/measured_pair.h"
 #include "api/mesh_file.h"
 #include "api/problem.h"
 #include "api/processors.h"
 #include "api/request.h"
 #include "api/response.h"
+#include "api/result_document.h"
 #include "cli/run.h"
 #include "engine/hausdorff.h"
 
@@ -76,8 +81,29 @@ Result<api::SharedMesh> read_timed(const meshgauge_mesh& mesh, const std::string
   return read_mesh;
 }
 
+struct AtVertices {
+  std::vector<double> distances;
+  std::vector<double> with_signs;  // empty: without
+};
+
+Result<Done> measure_vertices(const api::SharedMeshes& meshes, const api::Comparison& comparison, Control& control,
+                              AtVertices& found) {
+  const auto facts = api::result_facts(nlohmann::ordered_json::parse(api::to_json(comparison)), api::Side::a);
+  if (!facts) return facts.error();
+  const auto pair = api::in_unit_of_result(meshes.a, meshes.b, facts->units, facts->motion, control);
+  if (!pair) return pair.error();
+  api::MapOptions options;
+  options.threads = comparison.options.threads;
+  const auto made = api::make_deviation(*pair->a, *pair->b, *facts, options, control);
+  if (!made) return made.error();
+  const api::DeviationMap& map = made->map();
+  found.distances.assign(map.distances.begin(), map.distances.end());
+  for (std::size_t v = 0; v < map.sides.size(); ++v) found.with_signs.push_back(map.signed_distance(v));
+  return Done{};
+}
+
 Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& b, const std::string& options,
-                                 Control& control) {
+                                 Control& control, AtVertices* at_vertices) {
   auto request = api::parse_options(options, {kLongestTimeout, kLongestTimeout});
   if (!request) return request.error();
   if (!request->threads_given) {
@@ -94,8 +120,12 @@ Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& 
   const auto read_b = reading_b.get();
   if (!read_b) return read_b.error();
   auto comparison = api::compare(*read_a, *read_b, request->options, control, times);
-  if (comparison) comparison->times.total = ms_since(start);  // less than the sum of the stages: both were read at once
-  return comparison;
+  if (!comparison) return comparison;
+  comparison->times.total = ms_since(start);  // less than the sum of the stages: both were read at once
+  if (!at_vertices) return comparison;
+  control.set_deadline(Control::Clock::now() + request->timeout);
+  const auto ok = measure_vertices({*read_a, *read_b}, *comparison, control, *at_vertices);
+  return ok ? std::move(comparison) : ok.error();
 }
 
 }  // namespace
@@ -104,6 +134,8 @@ struct meshgauge_job {
   meshgauge_mesh a{};
   meshgauge_mesh b{};
   std::string options;
+  bool wants_vertices = false;
+  AtVertices at_vertices;
   Control control;
   std::thread thread;
   std::mutex mutex;  // guards `ended`
@@ -121,7 +153,7 @@ struct meshgauge_job {
 
  private:
   void measure_meshes() try {
-    const auto comparison = compared(a, b, options, control);
+    const auto comparison = compared(a, b, options, control, wants_vertices ? &at_vertices : nullptr);
     measured = comparison.ok();
     answer = measured ? api::to_json(*comparison) : api::to_json(api::to_problem(comparison.error()));
   } catch (const std::exception&) {
@@ -138,10 +170,12 @@ const char* meshgauge_version() { return version(); }
 
 meshgauge_job* meshgauge_create() { return new (std::nothrow) meshgauge_job; }
 
-int meshgauge_start(meshgauge_job* job, const meshgauge_mesh* a, const meshgauge_mesh* b, const char* options) try {
+int meshgauge_start(meshgauge_job* job, const meshgauge_mesh* a, const meshgauge_mesh* b, const char* options,
+                    int at_vertices) try {
   job->a = *a;
   job->b = *b;
   job->options = options;
+  job->wants_vertices = at_vertices != 0;
   job->thread = std::thread([job] { job->run(); });
   return 1;
 } catch (const std::exception&) {
@@ -156,6 +190,13 @@ int meshgauge_wait(meshgauge_job* job, int milliseconds) {
 const char* meshgauge_answer(const meshgauge_job* job, const char** problem) {
   *problem = job->measured ? nullptr : job->answer.c_str();
   return job->measured ? job->answer.c_str() : nullptr;
+}
+
+size_t meshgauge_at_vertices(const meshgauge_job* job, const double** distances, const double** with_signs) {
+  const auto& [all, signs] = job->at_vertices;
+  *distances = all.data();
+  *with_signs = signs.empty() ? nullptr : signs.data();
+  return all.size();
 }
 
 void meshgauge_stop(meshgauge_job* job) {

@@ -36,8 +36,11 @@ const char* meshgauge_version(void);
 // Returns a job that does not run yet; NULL: out of memory.
 meshgauge_job* meshgauge_create(void);
 
-// Begins to compare. `options`: a JSON document. Returns 0 when no thread can be started. Call once for each job.
-int meshgauge_start(meshgauge_job* job, const meshgauge_mesh* a, const meshgauge_mesh* b, const char* options);
+// Begins to compare. `options`: a JSON document. `at_vertices`: not 0: measure the distance of each vertex of a as
+// well, which has the time of the comparison once more. Returns 0 when no thread can be started. Call once for each
+// job.
+int meshgauge_start(meshgauge_job* job, const meshgauge_mesh* a, const meshgauge_mesh* b, const char* options,
+                    int at_vertices);
 
 // Waits at most `milliseconds`. Returns 1 when the job has ended, else 0.
 int meshgauge_wait(meshgauge_job* job, int milliseconds);
@@ -45,6 +48,10 @@ int meshgauge_wait(meshgauge_job* job, int milliseconds);
 // Returns the result document of a job that has ended, or NULL with a problem document in `*problem`. Both are valid
 // until meshgauge_free().
 const char* meshgauge_answer(const meshgauge_job* job, const char** problem);
+
+// Returns the number of vertices whose distances a job that has ended measured, with these in `*distances`, and in
+// `*with_signs` DeviationMap::signed_distance() of each (api/deviation_map.h), or NULL. Valid until meshgauge_free().
+size_t meshgauge_at_vertices(const meshgauge_job* job, const double** distances, const double** with_signs);
 
 // Cancels the job if it still runs and waits for its end. May be called more than once.
 void meshgauge_stop(meshgauge_job* job);

@@ -32,7 +32,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             zone: Optional[Sequence[_options.Length]] = None,
             sides: Union[bool, Mapping[str, float], None] = None,
             uncertainty: Optional[_options.Length] = None,
-            regions: Optional[Iterable[Mapping[str, Any]]] = None, align: Any = None) -> Result:
+            regions: Optional[Iterable[Mapping[str, Any]]] = None, align: Any = None,
+            vertex_distances: bool = False) -> Result:
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF, XYZ; also gzip-compressed), the content of such a file as bytes, a
@@ -73,13 +74,15 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
         align: moves a before it is measured (Result.document["alignment"]). "rigid": by the best fit; a 4x4 matrix: by
             that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
+        vertex_distances: True also measures the distance at each vertex of a (Result.vertex_distances, an array of
+            numpy) and, with sides or a zone, the signed one (Result.signed_vertex_distances); within the timeout once more.
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
 
     Raises:
         InputError (a ValueError): a mesh or an option is refused; the message names the defect.
         OSError: a path has no file.
-        TimeoutError: the time was over before both meshes were read.
+        TimeoutError: the time was over before both meshes were read, or all vertices measured.
         MemoryError: there is no memory for a copy that is needed.
     """
     sources = [_meshes.source_of(a, "a"), _meshes.source_of(b, "b")]
@@ -88,7 +91,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
         statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
         zone=zone, sides=sides, uncertainty=uncertainty, regions=regions, align=align)
-    return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
+    return Result(*_native.measure(sources[0].to_native(), sources[1].to_native(), options, vertex_distances))
 
 
 def __getattr__(name: str) -> Any:

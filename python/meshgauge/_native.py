@@ -14,6 +14,8 @@ from meshgauge.errors import input_error
 # Signals, such as Ctrl-C, are handled between two waits.
 _TICK_MS = 50
 
+_Doubles = ctypes.POINTER(ctypes.c_double)
+
 
 class Mesh(ctypes.Structure):
     """meshgauge_mesh. `kept` holds the Python objects whose memory it borrows."""
@@ -31,9 +33,9 @@ def _library() -> ctypes.CDLL:
     for name, returned, taken in (
             ("version", ctypes.c_char_p, []), ("create", job, []),
             ("main", ctypes.c_int, [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p)]),
-            ("start", ctypes.c_int, [job, mesh, mesh, ctypes.c_char_p]), ("wait", ctypes.c_int, [job, ctypes.c_int]),
+            ("start", ctypes.c_int, [job, mesh, mesh, ctypes.c_char_p, ctypes.c_int]), ("wait", ctypes.c_int, [job, ctypes.c_int]),
             ("stop", None, [job]), ("answer", ctypes.c_char_p, [job, ctypes.POINTER(ctypes.c_char_p)]),
-            ("free", None, [job])):
+            ("at_vertices", ctypes.c_size_t, [job, ctypes.POINTER(_Doubles), ctypes.POINTER(_Doubles)]), ("free", None, [job])):
         function = getattr(library, "meshgauge_" + name)
         function.restype, function.argtypes = returned, taken
     return library
@@ -70,8 +72,8 @@ class _Job:
         if self._handle:
             self._free(self._handle)
 
-    def start(self, options: bytes) -> None:
-        if not self._library.meshgauge_start(self._handle, self._a, self._b, options):
+    def start(self, options: bytes, at_vertices: bool) -> None:
+        if not self._library.meshgauge_start(self._handle, self._a, self._b, options, at_vertices):
             raise RuntimeError("no thread can be started for a comparison")
 
     def wait(self) -> bool:
@@ -88,15 +90,25 @@ class _Job:
         refusal = json.loads(problem.value or b"{}")
         raise input_error(refusal) or RuntimeError(refusal.get("detail", "the comparison failed unexpectedly"))
 
+    def at_vertices(self) -> tuple[Any, Any]:
+        """The distance of each vertex of a, and the same with signs or None: arrays of numpy."""
+        import numpy
 
-def measure(a: Mesh, b: Mesh, options: dict[str, Any]) -> dict[str, Any]:
-    """Compares two meshes and returns the result document. An exception in between, such as KeyboardInterrupt, cancels
-    the comparison."""
+        both = _Doubles(), _Doubles()
+        count = self._library.meshgauge_at_vertices(self._handle, *both)
+        distances, with_signs = (numpy.ctypeslib.as_array(one, (count,)).copy() if one else None for one in both)
+        return distances, with_signs
+
+
+def measure(a: Mesh, b: Mesh, options: dict[str, Any], at_vertices: bool) -> tuple[dict[str, Any], Any, Any]:
+    """Compares two meshes and returns the result document, and at_vertices() of the job if asked for. An exception in
+    between, such as KeyboardInterrupt, cancels the comparison."""
     job = _Job(a, b)
     try:
-        job.start(json.dumps(options).encode())
+        job.start(json.dumps(options).encode(), at_vertices)
         while not job.wait():
             pass
-        return job.answer()
+        document = job.answer()
+        return (document, *job.at_vertices()) if at_vertices else (document, None, None)
     finally:
         job.stop()

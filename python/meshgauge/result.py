@@ -36,8 +36,9 @@ class Directed(NamedTuple):
 class Result:
     """A certified interval: the distance is at least `lower` and at most `upper`, whatever ended the work."""
 
-    def __init__(self, document: dict[str, Any]) -> None:
+    def __init__(self, document: dict[str, Any], vertex_distances: Any = None, signed_vertex_distances: Any = None) -> None:
         self._document = document
+        self._vertex_distances, self._signed_vertex_distances = vertex_distances, signed_vertex_distances
 
     @property
     def document(self) -> dict[str, Any]:
@@ -95,6 +96,20 @@ class Result:
         """Where `lower` is attained; None if no point was measured in time."""
         witnessed = [d for d in (self.a_to_b, self.b_to_a) if d is not None and d.witness is not None]
         return max(witnessed, key=lambda directed: directed.lower).witness if witnessed else None
+
+    @property
+    def vertex_distances(self) -> Any:
+        """The distance of each vertex of a from b, in `unit`: an array of numpy (float64), in the order of a's vertices.
+        Computed, not certified (docs/deviation.md). A vertex that no triangle uses has 0. None if not asked for.
+        """
+        return self._vertex_distances
+
+    @property
+    def signed_vertex_distances(self) -> Any:
+        """The same, positive outside of b and negative inside; NaN where neither is proved. None without sides or a
+        zone, and where b has no sides: document["sides"]["refused"] says why.
+        """
+        return self._signed_vertex_distances
 
     @property
     def regions(self) -> dict[str, dict[str, Any]]:

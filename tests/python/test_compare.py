@@ -120,6 +120,47 @@ class Meshes(unittest.TestCase):
                 meshgauge.compare(content, SQUARE)
 
 
+class Vertices(unittest.TestCase):
+    def test_not_asked_for(self):
+        result = meshgauge.compare(SQUARE, RAISED, sides=True)
+        self.assertIsNone(result.vertex_distances)
+        self.assertIsNone(result.signed_vertex_distances)
+
+    def test_the_distance_of_each_vertex_and_its_sign(self):
+        a, b = shapes.box(0.5, (-0.25, 0, 0.125)), shapes.box(1)
+        result = meshgauge.compare(a, b, sides=True, vertex_distances=True)
+        outside = numpy.maximum(numpy.maximum(-a[0], a[0] - 1), 0)
+        inside = numpy.minimum(a[0], 1 - a[0]).min(1)
+        expected = numpy.where(inside > 0, -inside, numpy.linalg.norm(outside, axis=1))
+        numpy.testing.assert_allclose(result.vertex_distances, abs(expected), atol=1e-12)
+        signed = result.signed_vertex_distances
+        numpy.testing.assert_array_equal(signed[expected != 0], (numpy.sign(expected) * result.vertex_distances)[expected != 0])
+        self.assertTrue(all(sign == 0 or math.isnan(sign) for sign in signed[expected == 0]))
+        self.assertEqual({-1, 0, 1}, set(numpy.sign(expected)))
+
+    def test_they_are_those_of_the_map(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, mesh in (("a.obj", shapes.sphere(20)), ("b.obj", shapes.sphere(13))):
+                pathlib.Path(folder, name).write_bytes(shapes.obj(mesh))
+            flags = ("--unit-a=mm", "--unit-b=cm", "--align=rigid", "--threads=1", "--map=map.csv")
+            subprocess.run([PROGRAM, "compare", "a.obj", "b.obj", *flags], cwd=folder, capture_output=True, check=True)
+            lines = pathlib.Path(folder, "map.csv").read_text().splitlines()[1:]
+            result = meshgauge.compare(pathlib.Path(folder, "a.obj"), pathlib.Path(folder, "b.obj"), units=("mm", "cm"), align="rigid",
+                                       threads=1, vertex_distances=True)
+        self.assertEqual(result.vertex_distances.tolist(), [float(line.split(",")[3]) for line in lines])
+        self.assertIsNone(result.signed_vertex_distances)
+
+    def test_without_sides_there_is_no_sign(self):
+        result = meshgauge.compare(shapes.box(1), SQUARE, sides=True, vertex_distances=True)
+        self.assertIsNone(result.signed_vertex_distances)
+        self.assertEqual(result.document["sides"]["refused"]["reason"], "open")
+        self.assertEqual(sorted(result.vertex_distances), [0] * 4 + [1] * 4)
+
+    def test_a_cloud(self):
+        result = meshgauge.compare(SQUARE[0] + [0, 0, 0.5], SQUARE, direction="a_to_b", vertex_distances=True)
+        self.assertEqual(set(result.vertex_distances), {0.5})
+
+
 class Results(unittest.TestCase):
     def test_verdicts(self):
         for limit, verdict in ((2.5, "pass"), ("1.5", "fail"), ("2.5 mm", "pass"), ("0.15 cm", "fail"), (" .25cm ", "pass"), ("1e-2m", "pass")):
