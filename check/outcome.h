@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -124,8 +125,8 @@ Criterion foremost(const Measured& measured);
 
 api::ResultFacts facts_of(const Measured& measured);
 
-// One side of a zone in one run.
-struct PastSide {
+// One of several limits in one run: of a side of a zone, or of a region.
+struct PastLimit {
   std::optional<double> lower, upper;  // nullopt: the baseline has no sides, or no finite upper bound
   double limit = 0;
 };
@@ -134,11 +135,12 @@ struct PastSide {
 struct PastRun {
   std::string commit;  // empty: not known
   Verdict verdict = Verdict::undecided;
-  std::optional<double> lower, upper, limit;    // nullopt: not measured, or no finite upper bound
-  std::string unit;                             // empty: not known
-  std::optional<ShareBeyond> share_beyond{};    // without its status; nullopt: no such limit, or not measured
-  std::optional<PastSide> inside{}, outside{};  // nullopt: no zone, or not measured
-  double uncertainty = 0;                       // of the lengths
+  std::optional<double> lower, upper, limit;     // nullopt: not measured, or no finite upper bound
+  std::string unit;                              // empty: not known
+  std::optional<ShareBeyond> share_beyond{};     // without its status; nullopt: no such limit, or not measured
+  std::optional<PastLimit> inside{}, outside{};  // nullopt: no zone, or not measured
+  double uncertainty = 0;                        // of the lengths
+  std::map<std::string, PastLimit> regions{};    // by name, without the rest, which has `lower`, `upper` and `limit`
 };
 
 struct GateOutcome {

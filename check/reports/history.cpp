@@ -50,12 +50,21 @@ std::optional<ShareBeyond> share_of(const Json& line) {
   return std::isfinite(sum) ? std::optional(std::move(share)) : std::nullopt;
 }
 
-std::optional<PastSide> side_of(const Json& line, const char* name) {
-  const auto zone = line.find("zone");
-  if (zone == line.end() || !zone->is_object()) return std::nullopt;
-  const auto side = zone->find(name);
-  if (side == zone->end() || !side->is_object() || !length(*side, "limit")) return std::nullopt;
-  return PastSide{length(*side, "lower"), length(*side, "upper"), *length(*side, "limit")};
+// The limits of the zone's sides, or of the regions, by name; what is none is left out.
+std::map<std::string, PastLimit> limits_of(const Json& line, const char* of) {
+  std::map<std::string, PastLimit> limits;
+  const auto all = line.find(of);
+  if (all == line.end() || !all->is_object()) return limits;
+  for (const auto& [name, found] : all->items()) {
+    if (!found.is_object() || !length(found, "limit")) continue;
+    limits[name] = {length(found, "lower"), length(found, "upper"), *length(found, "limit")};
+  }
+  return limits;
+}
+
+std::optional<PastLimit> limit_of(const std::map<std::string, PastLimit>& limits, const std::string& name) {
+  const auto found = limits.find(name);
+  return found != limits.end() ? std::optional(found->second) : std::nullopt;
 }
 
 // Returns the run and the gate's name; nullopt: the line is no result.
@@ -66,10 +75,11 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   const auto* verdict =
       std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](Verdict v) { return to_string(v) == name; });
   if (verdict == kVerdicts.end()) return std::nullopt;
-  return std::pair(text(json, "gate"),
-                   PastRun{text(json, "commit"), *verdict, length(json, "lower"), length(json, "upper"),
-                           length(json, "limit"), text(json, "unit"), share_of(json), side_of(json, "inside"),
-                           side_of(json, "outside"), length(json, "uncertainty").value_or(0)});
+  const auto zone = limits_of(json, "zone");
+  return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
+                                               length(json, "upper"), length(json, "limit"), text(json, "unit"),
+                                               share_of(json), limit_of(zone, "inside"), limit_of(zone, "outside"),
+                                               length(json, "uncertainty").value_or(0), limits_of(json, "regions")});
 }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
@@ -91,14 +101,16 @@ Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& 
   if (run.share_beyond) json["share_beyond"] = json_of(*run.share_beyond);
   if (run.inside && run.outside) json["zone"] = {{"inside", json_of(*run.inside)}, {"outside", json_of(*run.outside)}};
   if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
+  if (!run.regions.empty()) json["regions"] = json_of(run.regions);
   return json;
 }
 
-PastSide side_of(const ZoneReached::Side& found, bool is_refused) {
-  PastSide side{{}, {}, found.limit};
-  if (!is_refused) side.lower = found.lower;
-  if (!is_refused && std::isfinite(found.upper)) side.upper = found.upper;
-  return side;
+// `found`: a side of a zone or a region.
+PastLimit past_of(const auto& found, bool is_refused = false) {
+  PastLimit past{{}, {}, found.limit};
+  if (!is_refused) past.lower = found.lower;
+  if (!is_refused && std::isfinite(found.upper)) past.upper = found.upper;
+  return past;
 }
 
 PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
@@ -110,9 +122,10 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   run.share_beyond = outcome.measured->share_beyond;
   run.uncertainty = outcome.measured->uncertainty;
   if (const auto& zone = outcome.measured->zone) {
-    run.inside = side_of(zone->inside, !zone->refused.empty());
-    run.outside = side_of(zone->outside, !zone->refused.empty());
+    run.inside = past_of(zone->inside, !zone->refused.empty());
+    run.outside = past_of(zone->outside, !zone->refused.empty());
   }
+  for (const Criterion& region : outcome.measured->regions) run.regions[region.region] = past_of(region);
   return run;
 }
 
@@ -133,9 +146,9 @@ PastRun area_run(PastRun run) {
   return run_of(std::move(run), 100 * share->lower, 100 * share->upper, 100 * share->limit.share);
 }
 
-PastRun side_run(PastRun run, const std::optional<PastSide>& side) {
-  if (!side) return run_of(std::move(run), {}, {}, {});
-  return run_of(std::move(run), side->lower, side->upper, side->limit);
+PastRun run_of(PastRun run, const std::optional<PastLimit>& of) {
+  if (!of) return run_of(std::move(run), {}, {}, {});
+  return run_of(std::move(run), of->lower, of->upper, of->limit);
 }
 
 void add(std::vector<PastRun>& runs, PastRun run) {
@@ -175,8 +188,14 @@ Result<Done> History::keep(const std::string& time, const std::string& commit, R
   return out ? Result<Done>(Done{}) : no_history(file_, "cannot be written");
 }
 
-Json json_of(const PastSide& side) {
-  return {{"lower", or_null(side.lower)}, {"upper", or_null(side.upper)}, {"limit", side.limit}};
+Json json_of(const PastLimit& past) {
+  return {{"lower", or_null(past.lower)}, {"upper", or_null(past.upper)}, {"limit", past.limit}};
+}
+
+Json json_of(const std::map<std::string, PastLimit>& regions) {
+  Json json = Json::object();
+  for (const auto& [name, past] : regions) json[name] = json_of(past);
+  return json;
 }
 
 std::string commit_of_pipeline() {
@@ -191,15 +210,20 @@ std::vector<Chart> charts_of(const GateOutcome& outcome) {
   std::vector<Chart> charts;
   const auto& measured = outcome.measured;
   if (!measured || measured->has_max_distance) {
-    Chart& chart = charts.emplace_back(Chart{"the distance", outcome.unit(), {}});
+    const std::string what = measured ? criteria_of(*measured).front().distance_name() : "distance";
+    Chart& chart = charts.emplace_back(Chart{"the " + what, outcome.unit(), {}});
     for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, run.lower, run.upper, run.limit));
   }
   if (measured && measured->zone) {
     for (const auto& [side, name] :
          {std::pair(&PastRun::inside, "the distance inside"), std::pair(&PastRun::outside, "the distance outside")}) {
       Chart& chart = charts.emplace_back(Chart{name, outcome.unit(), {}});
-      for (const PastRun& run : outcome.history) chart.runs.push_back(side_run(run, run.*side));
+      for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, run.*side));
     }
+  }
+  for (const Criterion& region : measured ? measured->regions : std::vector<Criterion>()) {
+    Chart& chart = charts.emplace_back(Chart{"the " + region.distance_name(), outcome.unit(), {}});
+    for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, limit_of(run.regions, region.region)));
   }
   if (!measured || !measured->share_beyond) return charts;
   const std::string beyond = to_digits(measured->share_beyond->limit.distance, 6);

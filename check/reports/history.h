@@ -30,7 +30,8 @@ class History {
 };
 
 // The lower and upper bound, null where not known, and the limit.
-nlohmann::ordered_json json_of(const PastSide& side);
+nlohmann::ordered_json json_of(const PastLimit& past);
+nlohmann::ordered_json json_of(const std::map<std::string, PastLimit>& regions);
 
 // Returns what a pipeline says it measures: MESHGAUGE_COMMIT, GITHUB_SHA, CI_COMMIT_SHA or GIT_COMMIT, the first of
 // these variables that is set; else empty.

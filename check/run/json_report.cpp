@@ -94,6 +94,7 @@ Json json_of(const std::vector<PastRun>& runs) {
     if (run.inside && run.outside)
       json.back()["zone"] = {{"inside", json_of(*run.inside)}, {"outside", json_of(*run.outside)}};
     if (run.uncertainty > 0) json.back()["uncertainty"] = run.uncertainty;
+    if (!run.regions.empty()) json.back()["regions"] = json_of(run.regions);
   }
   return json;
 }

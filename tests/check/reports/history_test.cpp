@@ -112,6 +112,55 @@ TEST_CASE("history: each side of a zone has a chart, and the uncertainty is kept
   CHECK(drawn.find("class=\"uncertain-step\"") != std::string::npos);
 }
 
+TEST_CASE("history: each region has a chart, from the run on that has it") {
+  const api::test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  Report report;
+  for (int i = 0; i < 3; ++i) {
+    report = samples::report_of({samples::passed("lid")});
+    Criterion bore;
+    bore.region = "bore";
+    bore.limit = 0.02;
+    bore.lower = 0.03;
+    bore.upper = i == 1 ? INFINITY : 0.04;
+    if (i > 0) report.outcomes[0].measured->regions = {bore};
+    auto history = History::open(file);
+    REQUIRE(history);
+    REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
+  }
+  const std::string lines = folder.read("history.jsonl");
+  CHECK(lines.find(",\"regions\":{\"bore\":{\"lower\":0.03,\"upper\":null,\"limit\":0.02}}}\n") != std::string::npos);
+  CHECK(lines.find("regions") > lines.find('\n'));  // the first run has none
+  const auto charts = charts_of(report.outcomes[0]);
+  REQUIRE(charts.size() == 2);
+  CHECK(charts[0].what == "the distance in no region");
+  CHECK(charts[0].runs[2].upper == 0.0123);
+  CHECK(charts[1].what == "the distance in bore");
+  REQUIRE(charts[1].runs.size() == 3);
+  CHECK(!charts[1].runs[0].limit);
+  CHECK(!charts[1].runs[1].upper);
+  CHECK(charts[1].runs[2].limit == 0.02);
+  CHECK(charts[1].runs[2].verdict == Verdict::fail);
+  CHECK(sparkline(charts[1].runs) == "\u00b7\u2588\u2588");
+}
+
+TEST_CASE("history: regions that are none are not read") {
+  const api::test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  std::ofstream(file) << R"({"gate":"lid","verdict":"pass","regions":{"a":3,"b":{},"c":{"limit":"1"},"d":{"limit":1}}})"
+                      << "\n"
+                      << R"({"gate":"lid","verdict":"pass","regions":["a"]})"
+                      << "\n";
+  auto history = History::open(file);
+  REQUIRE(history);
+  Report report = samples::report_of({samples::passed("lid")});
+  REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
+  REQUIRE(report.outcomes[0].history.size() == 3);
+  REQUIRE(report.outcomes[0].history[0].regions.size() == 1);
+  CHECK(report.outcomes[0].history[0].regions.at("d").limit == 1);
+  CHECK(report.outcomes[0].history[1].regions.empty());
+}
+
 TEST_CASE("history: each limit is drawn by its own verdict") {
   const api::test::Folder folder;
   const auto file = folder / "history.jsonl";
