@@ -140,6 +140,10 @@ class Document {
       primitive.attributes["_SIDE"] =
           array<float>(mesh.positions.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT,
                        TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::size_t v) { return side(v); });
+    if (!map_.normals.empty())
+      primitive.attributes["NORMAL"] =
+          array<Float3>(mesh.positions.size(), TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT,
+                        TINYGLTF_TARGET_ARRAY_BUFFER, [&](std::size_t v) { return to_float(map_.normals[v]); });
     if (!map_.is_cloud()) primitive.indices = triangles(mesh);
     tinygltf::Material material;
     material.name = "distance";
@@ -256,7 +260,7 @@ class Document {
 
 // Returns the size of the arrays; the rest of the file is a few thousand bytes.
 std::size_t bytes_of(const DeviationMap& map) {
-  return glb_bytes(map.mesh.positions.size(), map.mesh.triangles.size(), !map.sides.empty());
+  return glb_bytes(map.mesh.positions.size(), map.mesh.triangles.size(), !map.sides.empty(), !map.normals.empty());
 }
 
 bool is_within_float(const Vec3& p) { return p.cwiseAbs().maxCoeff() <= kMostFloat; }
@@ -279,8 +283,9 @@ Result<Done> check(const DeviationMap& map) {
 
 }  // namespace
 
-std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides) {
-  return vertices * (sizeof(Float3) + sizeof(Colour) + (sides ? 2 : 1) * sizeof(float)) + triangles * sizeof(Triangle);
+std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides, bool normals) {
+  return vertices * ((normals ? 2 : 1) * sizeof(Float3) + sizeof(Colour) + (sides ? 2 : 1) * sizeof(float)) +
+         triangles * sizeof(Triangle);
 }
 
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out) {

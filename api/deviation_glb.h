@@ -1,7 +1,7 @@
 // Writes a deviation map as GLB (glTF 2.0), for three.js, Blender, ParaView and browsers.
 //
-//   node "candidate"  one primitive of triangles: POSITION, COLOR_0, _DISTANCE, 32-bit indices. No normals: readers
-//                     shade it flat, as glTF 2.0 requires. Its extras describe the numbers.
+//   node "candidate"  one primitive of triangles: POSITION, COLOR_0, _DISTANCE, 32-bit indices. NORMAL only where it is
+//                     asked for: without, readers shade it flat, as glTF 2.0 requires. Its extras describe the numbers.
 //   node "witness"    unlit lines: from the witness to the nearest point of the other mesh, and a cross at the witness.
 //                     A primitive of its own, so that the candidate's counts are the mesh's.
 //
@@ -38,6 +38,6 @@ namespace meshgauge::api {
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out);
 
 // Estimates the size of the file in bytes, to within a few thousand.
-std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides = false);
+std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides = false, bool normals = false);
 
 }  // namespace meshgauge::api

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "api/load.h"
 #include "engine/decimation.h"
 #include "engine/deviation.h"
@@ -29,6 +31,22 @@ std::vector<std::uint8_t> ranks(const Deviation& deviations, const ColourScale& 
   });
   rank[deviations.farthest] = std::numeric_limits<std::uint8_t>::max();
   return rank;
+}
+
+// Lengths are shares of the diagonal, so that products neither vanish nor overflow.
+std::vector<Vec3> vertex_normals(MeshView mesh, const Box& box) {
+  std::vector<Vec3> normals(mesh.positions.size(), Vec3::Zero());
+  const double scale = 1 / diagonal(box);
+  for (const Triangle& triangle : mesh.triangles) {
+    const Vec3 a = scale * mesh.positions[triangle[0]];
+    const Vec3 normal = (scale * mesh.positions[triangle[1]] - a).cross(scale * mesh.positions[triangle[2]] - a);
+    for (const std::uint32_t v : triangle) normals[v] += normal;
+  }
+  for (Vec3& normal : normals) {
+    const double length = normal.norm();
+    normal = length > 0 && std::isfinite(length) ? Vec3(normal / length) : Vec3::UnitZ();
+  }
+  return normals;
 }
 
 // Returns the values at these places; `values` may be empty.
@@ -80,6 +98,8 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
   if (!deviations) return not_in_time(control.check(), kWhat);
   const ColourScale scale = scale_of(facts, *deviations);
   const bool cloud = is_cloud(candidate.mesh());
+  if (options.normals && !cloud)
+    made.normals_ = vertex_normals(display ? display->mesh() : candidate.mesh(), candidate.box());
   std::vector<std::uint32_t> source;  // the vertices of a decimated map
   if (form == MapForm::decimated && cloud) {
     source = thinned(candidate.mesh().positions.size(), options.max_triangles, deviations->farthest);
@@ -94,6 +114,7 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
   const bool is_whole = form != MapForm::decimated;
   made.distances_ = is_whole ? std::move(deviations->distances) : picked(deviations->distances, source);
   made.sides_ = is_whole ? std::move(deviations->sides) : picked(deviations->sides, source);
+  if (!is_whole) made.normals_ = picked(made.normals_, source);
   const auto& unit = facts.units.result.unit;
   made.map_ = {form == MapForm::as_is ? candidate.mesh() : MeshView(made.shown_),
                form,
@@ -102,6 +123,7 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
                made.distances_,
                made.sides_,
                signs && made.sides_.empty() ? "the baseline has no sides" : facts.no_sides,
+               made.normals_,
                scale,
                facts.limit ? facts.limit->side : std::string_view(),
                unit ? std::string(to_string(*unit)) : std::string(),

@@ -22,6 +22,9 @@ struct MapOptions {
   bool refine = false;
   // A candidate with more is decimated; of a cloud with more points, evenly many are left.
   std::size_t max_triangles = std::numeric_limits<std::size_t>::max();
+  // Also the normal of each vertex: the sum of those of its triangles, weighted by area, from the candidate's corners
+  // counterclockwise; z where that is 0. A cloud has none.
+  bool normals = false;
   unsigned threads = 1;
   std::string_view simd = "auto";
 
@@ -39,6 +42,7 @@ class MadeMap {
   Mesh shown_;
   std::vector<double> distances_;
   std::vector<std::int8_t> sides_;
+  std::vector<Vec3> normals_;
   DeviationMap map_;
 
  public:

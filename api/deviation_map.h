@@ -37,6 +37,7 @@ struct DeviationMap {
   std::span<const double> distances;    // one per vertex, in the meshes' unit; finite and >= 0 (engine/deviation.h)
   std::span<const std::int8_t> sides;   // one per vertex, as in engine/deviation.h; empty: without signs
   std::string no_sides{};               // why there are none though they were asked for; empty: nothing to say
+  std::span<const Vec3> normals{};      // one per vertex, of length 1 up to rounding; empty: without
   ColourScale scale;
   std::string_view limit_side{};  // "inside", "outside": the limit is of that side of the baseline; empty: of both
   std::string units;              // the unit's name; empty: not known

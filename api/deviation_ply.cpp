@@ -63,6 +63,9 @@ void write_header(const DeviationMap& map, const std::string& coordinate, std::o
   describe(map, header);
   header.line("element vertex " + std::to_string(map.mesh.positions.size()));
   for (const char* name : {" x", " y", " z"}) header.line("property " + coordinate + name);
+  for (const char* name : {" nx", " ny", " nz"}) {
+    if (!map.normals.empty()) header.line(std::string("property float") + name);
+  }
   for (const char* name : {"red", "green", "blue"}) header.line(std::string("property uchar ") + name);
   header.line("property float quality");
   header.line("property double distance");
@@ -74,7 +77,7 @@ void write_header(const DeviationMap& map, const std::string& coordinate, std::o
   out << header.end();
 }
 
-// A buffer for one element of at most 24 + 3 + 4 + 8 + 8 bytes.
+// A buffer for one element of at most 24 + 12 + 3 + 4 + 8 + 8 bytes.
 class Record {
  public:
   template <class T>
@@ -85,7 +88,7 @@ class Record {
   void write(std::ostream& out) const { out.write(bytes_, static_cast<std::streamsize>(size_)); }
 
  private:
-  char bytes_[48];
+  char bytes_[64];
   std::size_t size_ = 0;
 };
 
@@ -95,6 +98,9 @@ void write_vertices(const DeviationMap& map, std::ostream& out) {
     const double distance = map.distances[v];
     Record record;
     for (const double x : map.mesh.positions[v]) record.put(static_cast<Coordinate>(x));
+    if (!map.normals.empty()) {
+      for (const double x : map.normals[v]) record.put(static_cast<float>(x));
+    }
     record.put(colour_of(distance, map.scale));
     record.put(static_cast<float>(distance));
     record.put(distance);

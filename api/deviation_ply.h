@@ -1,6 +1,7 @@
 // Writes a deviation map as PLY, for MeshLab, CloudCompare, CGAL, Blender, three.js and other readers of PLY.
 //
 //   vertex   x y z          positions of the candidate: float if every coordinate is a float exactly, else double
+//            nx ny nz       float, only where normals are asked for
 //            red green blue uchar, sRGB (api/colour_map.h)
 //            quality        float, the distance rounded to nearest, under the name that MeshLab reads
 //            distance       double, the computed distance

@@ -27,7 +27,8 @@ class Writer {
     const std::size_t points = map_.mesh.positions.size();
     array(points, [&](std::size_t v) { return map_.distances[v]; });
     if (!map_.sides.empty()) array(points, [&](std::size_t v) { return map_.signed_distance(v); });
-    array(3 * points, [&](std::size_t i) { return map_.mesh.positions[i / 3][static_cast<int>(i % 3)]; });
+    for (const auto& vectors : {map_.normals, map_.mesh.positions})
+      if (!vectors.empty()) array(3 * points, [&](std::size_t i) { return vectors[i / 3][static_cast<int>(i % 3)]; });
     const auto corners = static_cast<std::size_t>(corners_of_cell());
     array(corners * cells(), [&](std::size_t i) { return corner(i); });
     array(cells(), [&](std::size_t i) { return static_cast<std::int64_t>((i + 1) * corners); });
@@ -54,9 +55,10 @@ class Writer {
     out_ << "</FieldData>\n<Piece NumberOfPoints=\"" << map_.mesh.positions.size() << "\" NumberOfVerts=\"" << cloud
          << "\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" << faces << "\">\n";
     const std::size_t points = map_.mesh.positions.size();
-    out_ << "<PointData Scalars=\"distance\">\n";
+    out_ << "<PointData Scalars=\"distance\"" << (map_.normals.empty() ? "" : " Normals=\"Normals\"") << ">\n";
     announce("Float64", "distance", 1, points);
     if (!map_.sides.empty()) announce("Float64", "signed_distance", 1, points);
+    if (!map_.normals.empty()) announce("Float64", "Normals", 3, 3 * points);
     out_ << "</PointData>\n<Points>\n";
     announce("Float64", "Points", 3, 3 * points);
     const char* kind = map_.is_cloud() ? "Verts" : "Polys";

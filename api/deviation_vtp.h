@@ -4,6 +4,7 @@
 //   Points, Polys    the mesh shown; Verts instead of Polys for a cloud
 //   distance         of each point, the computed distance
 //   signed_distance  with sides alone: DeviationMap::signed_distance()
+//   Normals          where they are asked for
 //   field data       limit | largest, lower, upper (not when it is infinite): as in api/deviation_glb.h; no_sides, a
 //   text, likewise
 #pragma once

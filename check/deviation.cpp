@@ -54,6 +54,7 @@ Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidat
   api::MapOptions options;
   options.refine = file.refine == Refine::by_format ? is_for_viewing(*kind) : file.refine == Refine::always;
   options.threads = file.threads;
+  options.normals = file.normals;
   const auto made = api::make_deviation(candidate, baseline, facts, options, control);
   if (!made) return made.error();
   return write_whole(file, made->map(), *kind);

@@ -23,6 +23,7 @@ struct DeviationFile {
   std::filesystem::path path;  // .ply, .glb, .vtp or .csv (api/deviation_ply.h and others), in any case
   Refine refine = Refine::by_format;
   unsigned threads = 1;
+  bool normals = false;  // of each vertex, as in api::MapOptions
 };
 
 // Checks that the suffix of `path` is that of a known format; invalid_request otherwise. Call it before measuring.

@@ -146,7 +146,7 @@ Result<RunParts> parts_of(const CheckFlags& flags, const Gates& gates, Places& p
   if (!measurer) return measurer.error();
   // The threads that measure make the maps, while other gates run under a deadline.
   const auto seats = std::min<std::size_t>((*measurer)->at_once(), gates.size());
-  auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps),
+  auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps), flags.map_normals,
                                               check::Processors::part(processors, seats), processors);
   return RunParts{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
 }

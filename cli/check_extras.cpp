@@ -65,9 +65,9 @@ Result<DeviationMaps> DeviationMaps::open(const std::string& where, bool of_mani
   return maps;
 }
 
-CheckExtras::CheckExtras(std::shared_ptr<check::Meshes> meshes, bool pictures, DeviationMaps maps, unsigned threads,
-                         unsigned processors)
-    : meshes_(std::move(meshes)), maps_(std::move(maps)), threads_(threads) {
+CheckExtras::CheckExtras(std::shared_ptr<check::Meshes> meshes, bool pictures, DeviationMaps maps, bool normals,
+                         unsigned threads, unsigned processors)
+    : meshes_(std::move(meshes)), maps_(std::move(maps)), normals_(normals), threads_(threads) {
   if (pictures) gallery_.emplace(meshes_, processors);
 }
 
@@ -91,7 +91,7 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
   if (!candidate) return candidate.error();
   const auto baseline = meshes_->get(outcome.gate.baseline, control);
   if (!baseline) return baseline.error();
-  const check::DeviationFile file{maps_.file_of(place), check::Refine::by_format, threads_};
+  const check::DeviationFile file{maps_.file_of(place), check::Refine::by_format, threads_, normals_};
   const auto pair =
       api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return pair.error();

@@ -42,7 +42,8 @@ class CheckExtras {
     return (pictures ? 1U : 0U) + (maps.wanted() ? 1U : 0U);
   }
   // `threads`: for one map; `processors`: all of them, for pictures when the gates have ended.
-  CheckExtras(std::shared_ptr<check::Meshes> meshes, bool pictures, DeviationMaps maps, unsigned threads,
+  // `normals`: the maps have those of the vertices.
+  CheckExtras(std::shared_ptr<check::Meshes> meshes, bool pictures, DeviationMaps maps, bool normals, unsigned threads,
               unsigned processors);
 
   void ended(const check::GateOutcome& outcome);                                       // call it from Watch::ended
@@ -58,6 +59,7 @@ class CheckExtras {
 
   const std::shared_ptr<check::Meshes> meshes_;
   const DeviationMaps maps_;
+  const bool normals_;
   const unsigned threads_;
   std::optional<check::Gallery> gallery_;
   std::mutex mutex_;  // guards the members below

@@ -220,6 +220,8 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
   command.add_option("--deviation,--map", flags.deviation,
                      "Write the candidate coloured by its distance, signed where the gate has a zone: FILE.ply, .glb, "
                      ".vtp or .csv; for a manifest a folder");
+  command.add_flag("--map-normals", flags.map_normals, "Also write the normal of each vertex to the deviation map")
+      ->needs("--deviation");
   command.add_option(
       "--history", flags.history,
       "Append the result of each gate to this file of JSON lines, and show the last runs in the reports");

@@ -31,6 +31,7 @@ struct CheckFlags {
   std::string undecided;
 
   std::string json, junit, sarif, markdown, code_quality, html, deviation, history;
+  bool map_normals = false;
   bool quiet = false;
   bool no_colour = false;
 

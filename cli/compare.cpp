@@ -57,6 +57,7 @@ struct Flags {
   bool json = false;
   bool fast = false;
   std::string deviation;
+  bool map_normals = false;
 };
 
 Error unlisted(const std::string& name, const std::string& value, const std::string& known) {
@@ -230,7 +231,7 @@ void show_progress(Control& control) {
 }
 
 // Writes A coloured by its distance from B. Has the time of the measurement once more, whose deadline may have passed.
-Result<Done> write_map(const std::string& file, const api::SharedMeshes& meshes, const api::Comparison& comparison,
+Result<Done> write_map(const Flags& flags, const api::SharedMeshes& meshes, const api::Comparison& comparison,
                        std::chrono::milliseconds time) {
   const auto facts = api::result_facts(nlohmann::ordered_json::parse(api::to_json(comparison)), api::Side::a);
   if (!facts) return facts.error();
@@ -239,8 +240,10 @@ Result<Done> write_map(const std::string& file, const api::SharedMeshes& meshes,
   const auto pair = api::in_unit_of_result(meshes.a, meshes.b, facts->units, facts->motion, control);
   if (!pair) return pair.error();
   if (!facts->no_sides.empty())
-    std::fprintf(stderr, "meshgauge: '%s' has no signed distance: %s\n", file.c_str(), facts->no_sides.c_str());
-  const check::DeviationFile map{file, check::Refine::by_format, comparison.options.threads};
+    std::fprintf(stderr, "meshgauge: '%s' has no signed distance: %s\n", flags.deviation.c_str(),
+                 facts->no_sides.c_str());
+  const check::DeviationFile map{flags.deviation, check::Refine::by_format, comparison.options.threads,
+                                 flags.map_normals};
   return check::write_deviation(map, *pair->a, *pair->b, *facts, control);
 }
 
@@ -279,7 +282,7 @@ int run(const Flags& flags) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
   if (!written) return fail({ErrorCode::internal, "the result could not be written", "", ""});
   if (flags.deviation.empty()) return kExitResult;
-  const auto map = write_map(flags.deviation, meshes, *comparison, request->timeout);
+  const auto map = write_map(flags, meshes, *comparison, request->timeout);
   return map ? kExitResult : fail(map.error());
 }
 
@@ -337,6 +340,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option(
       "--deviation,--map", flags->deviation,
       "Write A coloured by its distance from B: FILE.ply, .glb, .vtp or .csv; signed with --sides, --zone");
+  command.add_flag("--map-normals", flags->map_normals, "Also write the normal of each vertex to the deviation map")
+      ->needs("--deviation");
   command.add_flag("--json", flags->json, "Print the result as JSON");
   command.callback([flags, &exit_code] { exit_code = run(*flags); });
 }

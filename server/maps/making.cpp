@@ -31,8 +31,8 @@ Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint6
   if (order.query.kind != MapKind::glb) return Done{};
   const std::size_t triangles = shown.mesh().triangles.size();
   const std::size_t most = std::min(triangles, order.query.max_triangles.value_or(triangles));
-  const std::uint64_t bytes =
-      2 * api::glb_bytes(std::min(shown.mesh().positions.size(), 3 * most), most, order.facts.sides);
+  const std::uint64_t bytes = 2 * api::glb_bytes(std::min(shown.mesh().positions.size(), 3 * most), most,
+                                                 order.facts.sides, order.query.normals);
   if (bytes <= max_bytes) return Done{};
   return Error{ErrorCode::too_large,
                "a GLB of " + std::to_string(most) + " triangles takes " + std::to_string(bytes) +
@@ -77,6 +77,7 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   api::MapOptions options;
   options.refine = is_for_viewing(order.query.kind);
   options.max_triangles = order.query.max_triangles.value_or(options.max_triangles);
+  options.normals = order.query.normals;
   options.threads = loan.threads();
   options.simd = tools.settings.simd;
   const auto map = api::make_deviation(shown, other, order.facts, options, control);

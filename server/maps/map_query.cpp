@@ -33,18 +33,25 @@ Refusal read_count(std::string_view value, std::optional<std::size_t>& count) {
   return std::nullopt;
 }
 
+Refusal read_flag(std::string_view value, bool& flag) {
+  if (value != "true" && value != "false") return malformed("'normals' must be true or false, not " + quoted(value));
+  flag = value == "true";
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::string MapQuery::name() const {
   std::string text = of == api::Side::a ? "a" : "b";
   (text += '.') += api::format_of(kind).name;
-  return max_triangles ? text + " " + std::to_string(*max_triangles) : text;
+  if (max_triangles) text += " " + std::to_string(*max_triangles);
+  return normals ? text + " normals" : text;
 }
 
 std::variant<MapQuery, Problem> parse_map_query(std::string_view query, MapKind kind) {
   MapQuery asked;
   asked.kind = kind;
-  bool side_given = false;
+  bool side_given = false, normals_given = false;
   while (!query.empty()) {
     std::string_view value = next(query, "&");
     const std::string_view name = next(value, "=");
@@ -53,14 +60,16 @@ std::variant<MapQuery, Problem> parse_map_query(std::string_view query, MapKind 
       refusal = read_side(value, asked.of);
     } else if (name == "max_triangles" && is_for_viewing(kind) && !asked.max_triangles) {
       refusal = read_count(value, asked.max_triangles);
+    } else if (name == "normals" && !std::exchange(normals_given, true)) {
+      refusal = read_flag(value, asked.normals);
     } else if (name == "max_triangles" && !is_for_viewing(kind)) {
       refusal = malformed("a ." + std::string(api::format_of(kind).name) +
                           " has the whole mesh: 'max_triangles' is for .glb");
-    } else if (name == "of" || name == "max_triangles") {
+    } else if (name == "of" || name == "max_triangles" || name == "normals") {
       refusal = malformed("'" + std::string(name) + "' stands there twice");
     } else {
       refusal = malformed("unknown query parameter " + quoted(name) + "; known: of" +
-                          (is_for_viewing(kind) ? ", max_triangles" : ""));
+                          (is_for_viewing(kind) ? ", max_triangles" : "") + ", normals");
     }
     if (refusal) return *refusal;
   }

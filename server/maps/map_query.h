@@ -18,6 +18,7 @@ struct MapQuery {
   MapKind kind = MapKind::ply;
   api::Side of = api::Side::a;               // the mesh that is shown
   std::optional<std::size_t> max_triangles;  // GLB only
+  bool normals = false;
 
   // Unique among the maps of a comparison: "a.glb 20000".
   std::string name() const;
@@ -25,7 +26,7 @@ struct MapQuery {
 
 inline constexpr std::size_t kMostShownTriangles = std::size_t{1} << 30;
 
-// Parses "of=b&max_triangles=20000": known names alone, each at most once, without percent-encoding.
+// Parses "of=b&max_triangles=20000&normals=true": known names alone, each at most once, without percent-encoding.
 std::variant<MapQuery, api::Problem> parse_map_query(std::string_view query, MapKind kind);
 
 }  // namespace meshgauge::server

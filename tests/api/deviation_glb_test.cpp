@@ -198,6 +198,19 @@ TEST_CASE("a GLB with sides has them beside the distances, and only then") {
   CHECK(Glb(made.map).document["nodes"][0]["extras"]["no_sides"] == "the baseline is open");
 }
 
+TEST_CASE("a GLB has normals where they are asked for") {
+  MadeMap made(shapes::cube());
+  CHECK(!Glb(made.map).primitive(0)["attributes"].contains("NORMAL"));
+  const std::vector<Vec3> normals(8, Vec3(0, 0, -1));
+  made.map.normals = normals;
+  const Glb glb(made.map);
+  const json& normal = glb.accessor(0, "NORMAL");
+  CHECK(normal["type"] == "VEC3");
+  CHECK(normal["count"] == 8);
+  CHECK(glb.element<std::array<float, 3>>(normal, 7) == std::array<float, 3>{0, 0, -1});
+  CHECK(api::test::read_back(glb.file).positions.size() >= 8);
+}
+
 TEST_CASE("a GLB has the side of the position that it rounds, where that is sure") {
   MadeMap made(shapes::cube());
   const double rounded = 0.3 * (1 - 1e-9);  // single precision moves it by more than 1e-9

@@ -1,6 +1,7 @@
 #include "api/deviation_maker.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <doctest/doctest.h>
@@ -196,6 +197,37 @@ TEST_CASE("deviation maker: no distance exceeds the certified bound, and an inte
   CHECK(made->map().distances[pair.bump] == 0.125);
   control.cancel();
   CHECK(api::make_deviation(bumpy, plain, known, {}, control).error().code == ErrorCode::out_of_time);
+}
+
+TEST_CASE("deviation maker: normals are those of the triangles by area, of every form, and of no cloud") {
+  const Mesh cube = shapes::cube(1e-200), other = shapes::cube(2e-200);
+  const Prepared candidate(cube), baseline(other);
+  Control control;
+  api::MapOptions options;
+  CHECK(api::make_deviation(candidate, baseline, {}, options, control)->map().normals.empty());
+  options.normals = true;
+  for (const std::size_t most : {std::size_t{100'000}, std::size_t{6}}) {
+    options.refine = most > 12;
+    options.max_triangles = most;
+    const auto made = api::make_deviation(candidate, baseline, {}, options, control);
+    const api::DeviationMap& map = made->map();
+    CHECK(map.form == (options.refine ? MapForm::refined : MapForm::decimated));
+    REQUIRE(map.normals.size() == map.mesh.positions.size());
+    for (std::size_t v = 0; v < map.normals.size(); ++v) {
+      CHECK(std::abs(map.normals[v].norm() - 1) < 1e-12);
+      CHECK(map.normals[v].dot(map.mesh.positions[v] - Vec3::Constant(5e-201)) > 0);  // outwards
+    }
+  }
+  const Mesh bent{{{0, 0, 0}, {3, 0, 0}, {0, 1, 0}, {0, 0, 1}, {9, 9, 9}},
+                  {{0, 1, 2}, {0, 2, 3}}};  // of areas 3/2, 1/2
+  const Prepared corner(bent);
+  const auto made = api::make_deviation(corner, baseline, {}, {.normals = true}, control);
+  CHECK((made->map().normals[0] - Vec3(1, 0, 3).normalized()).norm() < 1e-12);
+  CHECK((made->map().normals[1] - Vec3::UnitZ()).norm() < 1e-12);
+  CHECK((made->map().normals[3] - Vec3::UnitX()).norm() < 1e-12);
+  CHECK(made->map().normals[4] == Vec3::UnitZ());  // of no triangle
+  const Mesh cloud{{{0, 0, 0}, {1, 0, 0}}, points_as_triangles(2)};
+  CHECK(api::make_deviation(Prepared(cloud), baseline, {}, {.normals = true}, control)->map().normals.empty());
 }
 
 TEST_CASE("deviation maker: a cloud stays points, and is thinned with its farthest point") {

@@ -118,6 +118,20 @@ TEST_CASE("a PLY with sides has a signed distance behind the distance, nan where
   CHECK(std::isnan(signed_of(3)));
 }
 
+TEST_CASE("a PLY with normals has them behind the position") {
+  MadeMap made(shapes::cube());
+  const std::vector<Vec3> normals(8, Vec3(0.6, 0, -0.8));
+  made.map.normals = normals;
+  const std::string file = written(made.map), bytes = body(file);
+  CHECK(says(file, "property float nz\nproperty uchar red"));
+  CHECK(api::test::read_back(file).positions == made.mesh.positions);
+  constexpr std::size_t kVertex = 3 * 4 + 3 * 4 + 3 + 4 + 8;
+  REQUIRE(bytes.size() == 8 * kVertex + 12 * 13);
+  CHECK(value_at<float>(bytes, 7 * kVertex + 12) == 0.6F);
+  CHECK(value_at<float>(bytes, 7 * kVertex + 20) == -0.8F);
+  CHECK(value_at<double>(bytes, 7 * kVertex + 31) == made.distances[7]);
+}
+
 TEST_CASE("a PLY says why it has no signed distance, on one line") {
   MadeMap made(shapes::cube());
   CHECK(written(made.map).find("no signed_distance") == std::string::npos);

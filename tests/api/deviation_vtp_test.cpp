@@ -77,6 +77,20 @@ TEST_CASE("a VTP has the mesh, the distances, and the facts") {
   CHECK(!Vtp(made.map).named("upper"));
 }
 
+TEST_CASE("a VTP with normals says which array has them") {
+  MadeMap made(shapes::cube());
+  CHECK(!Vtp(made.map).named("Normals"));
+  const std::vector<Vec3> normals(8, Vec3(0.6, 0, -0.8));
+  made.map.normals = normals;
+  const Vtp vtp(made.map);
+  CHECK(vtp.piece().child("PointData").attribute("Normals").value() == std::string("Normals"));
+  const auto found = vtp.array<double>("Normals");
+  REQUIRE(found.size() == 24);
+  CHECK(found[21] == 0.6);
+  CHECK(found[23] == -0.8);
+  CHECK(vtp.array<double>("Points")[23] == made.mesh.positions[7].z());
+}
+
 TEST_CASE("a VTP with sides has the signed distances, a cloud has vertices in place of faces") {
   MadeMap made(shapes::cube());
   const std::vector<std::int8_t> sides{0, 1, -1, 0, 1, 1, 1, -1};

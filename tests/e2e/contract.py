@@ -249,6 +249,8 @@ def check_refused(operation, request, slug, problem):
 
 def as_typed(text, schema):
     """A parameter's text as the type that its schema asks for, if it can be read so."""
+    if schema.get("type") == "boolean":
+        return {"true": True, "false": False}.get(text, text)
     return int(text) if schema.get("type") == "integer" and text.isdigit() else text
 
 

@@ -118,6 +118,19 @@ class Content(ServerCase):
                                   capture_output=True, timeout=60)
             self.assertEqual(done.stderr.decode(), "meshgauge: 'map.csv' has no signed distance: %s\n" % why)
 
+    def test_normals(self):
+        flags = ("--max-distance", "0.05 mm", "--fast", "--map-normals")
+        for suffix in KINDS:
+            answer = self.map(suffix + "?normals=true").body
+            self.assertEqual(answer, self.written_by("." + suffix, "check", *flags), suffix)
+            self.assertNotEqual(answer, self.map(suffix).body)
+        lines = self.map("csv?normals=true").body.decode().splitlines()
+        self.assertEqual(lines[0], "x,y,z,distance,nx,ny,nz")
+        for line in lines[1:]:
+            normal = [float(number) for number in line.split(",")[4:]]
+            self.assertAlmostEqual(sum(x * x for x in normal), 1)
+            self.assertGreater(normal[2], 0)
+
     def test_ply(self):
         comments, distances, faces = ply_of(self.map("ply").body)
         self.assertEqual((len(distances), faces), (61 * 61, 7200))
@@ -209,6 +222,7 @@ class Refusals(ServerCase):
                              ("max_triangles=5", "'max_triangles' is for .glb"), ("of=%61", "must be a or b")):
             for name in ("ply", "vtp", "csv"):
                 self.assertIn(words, self.refused(self.server.get("%s/deviation.%s?%s" % (path, name, query)), 400, "malformed-request")["detail"])
+        self.refused(self.server.get(path + "/deviation.glb?normals=yes"), 400, "malformed-request")
         for value in ("0", "-1", "1.5", "1e3", "", "+1", "0x10", "1073741825", "9" * 40, "1&max_triangles=1"):
             self.refused(self.server.get(path + "/deviation.glb?max_triangles=" + value), 400, "malformed-request")
 

@@ -36,6 +36,9 @@ TEST_CASE("map query: each map has a name") {
   CHECK(name_of("", MapKind::csv) == "a.csv");
   CHECK(name_of("max_triangles=20000", MapKind::glb) == "a.glb 20000");
   CHECK(name_of("max_triangles=1&of=b", MapKind::glb) == "b.glb 1");
+  CHECK(name_of("normals=false", MapKind::csv) == "a.csv");
+  CHECK(name_of("normals=true&of=b", MapKind::ply) == "b.ply normals");
+  CHECK(name_of("normals=true&max_triangles=9", MapKind::glb) == "a.glb 9 normals");
   CHECK(name_of("max_triangles=1073741824", MapKind::glb) == "a.glb 1073741824");
 }
 
@@ -46,8 +49,10 @@ TEST_CASE("map query: errors name the parameter") {
   CHECK(says(refusal_of("max_triangles=1&max_triangles=1"), "twice"));
   CHECK(says(refusal_of("max_triangles=1", MapKind::ply), "a .ply has the whole mesh: 'max_triangles' is for .glb"));
   CHECK(says(refusal_of("max_triangles=1", MapKind::csv), "a .csv has the whole mesh"));
-  CHECK(says(refusal_of("x=1"), "unknown query parameter 'x'; known: of, max_triangles"));
-  CHECK(says(refusal_of("x=1", MapKind::ply), "known: of"));
+  CHECK(says(refusal_of("x=1"), "unknown query parameter 'x'; known: of, max_triangles, normals"));
+  CHECK(says(refusal_of("x=1", MapKind::ply), "known: of, normals"));
+  CHECK(says(refusal_of("normals"), "'normals' must be true or false, not ''"));
+  CHECK(says(refusal_of("normals=false&normals=true"), "'normals' stands there twice"));
   CHECK(says(refusal_of("&"), "unknown query parameter ''"));
   CHECK(refusal_of(std::string(2000, 'x')).size() < 200);
   for (const char* value :
