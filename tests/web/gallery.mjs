@@ -76,6 +76,14 @@ const pictures = {
     await save("zone", await walk.page.screenshot());
     return walk;
   },
+  async sides() {
+    const walk = await open();
+    const viewer = await measured(walk, { ...gear, limit: "", inside: "0.5", outside: "0.7" });
+    await walk.press("Swap");
+    await walk.still();
+    await save("sides", await viewer.screenshot());
+    return walk;
+  },
   async alignment() {
     const walk = await open({ viewport: { width: 1200, height: 1000 } });
     await measured(walk, { ...gear, a: files["gear_moved.stl"], align: true });

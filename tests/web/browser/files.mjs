@@ -30,11 +30,12 @@ export function parsePly(buffer) {
     at += sizes[type];
     return value;
   };
-  const map = { points: [], distances: [], colours: [], triangles: [], comments };
+  const map = { points: [], distances: [], signed: [], colours: [], triangles: [], comments };
   for (let i = 0; i < vertex.count; ++i) {
     const row = Object.fromEntries(vertex.properties.map(([type, name]) => [name, read(type)]));
     map.points.push([row.x, row.y, row.z]);
     map.distances.push(row.distance);
+    map.signed.push(row.signed_distance);
     map.colours.push([row.red, row.green, row.blue]);
   }
   const [, countType, indexType] = face.properties[0];

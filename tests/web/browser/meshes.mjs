@@ -33,8 +33,8 @@ export function sheet(columns, rows, at, { closed = true, ring = false } = {}) {
 export function sphere(n, radius = 1, centre = [0, 0, 0]) {
   const of = typeof radius === "function" ? radius : () => radius;
   return sheet(2 * n, n, (u, v) => {
-    const t = Math.PI * v, p = 2 * Math.PI * u;
-    const d = [Math.sin(t) * Math.cos(p), Math.sin(t) * Math.sin(p), Math.cos(t)], r = of(d);
+    const t = Math.PI * v, p = 2 * Math.PI * u, across = v === 1 ? 0 : Math.sin(t); // closed: sin(pi) is not 0
+    const d = [across * Math.cos(p), across * Math.sin(p), Math.cos(t)], r = of(d);
     return d.map((x, k) => centre[k] + r * x);
   });
 }

@@ -11,7 +11,12 @@ import { lookup, workplace } from "./workplace.mjs";
 // Far from the origin, as parts of a plant are: single precision of the whole coordinate would be seen.
 const far = [120_000, -45_000, 8_000];
 
+// A sphere with a dent and a bump.
+const dent = [1 / 3, 2 / 3, 2 / 3], bump = [2 / 3, -1 / 3, 2 / 3];
+const bulge = (d, way) => 0.1 * Math.exp(-20 * (1 - dot(d, way)));
+
 const place = workplace(() => ({
+  "both.obj": obj(scaled(sphere(24, (d) => 1 - bulge(d, dent) + bulge(d, bump)), 20)),
   "dented.obj": obj(scaled(dented(24), 20)), "sphere.stl": stl(scaled(sphere(40), 20)),
   "far_dented.obj": obj(scaled(dented(24), 20, far)), "far_sphere.obj": obj(scaled(sphere(40), 20, far)),
 }));
@@ -93,6 +98,32 @@ test("plain colours are those of the PLY's distances, at every vertex that is se
     tab.assertClean({ expected: [lookup] });
     await tab.close();
   }
+});
+
+test("where sides are asked for, what lies inside is blue, what lies outside orange, and the scale says so", async () => {
+  const walked = await measured("both.obj", "sphere.stl", { inside: "1", outside: "3" }), { walk, viewer, tab } = walked;
+  await tab.page.getByText(/distance to B,\s+outside of B,\s+inside of B/).waitFor();
+  assert.equal(await tab.page.locator(".viewer-bar").getAttribute("viewBox"), "0 0 240 2");
+  await plainColours(walk);
+  const { position, target } = await cameraOf(viewer);
+  await lookFrom(walk, viewer, { position: plus(target, unit(plus(dent, bump)), length(minus(position, target))) });
+  const { image, camera } = await look(walked, "sides"), ply = await plyOf(walk, "a"), normals = normalsOf(ply);
+  const marks = findMarks(image), labels = await labelBoxes(tab.page), seen = { inside: 0, outside: 0 };
+  ply.points.forEach((point, i) => {
+    const signed = ply.signed[i], { x, y } = projected(camera, point);
+    if (!(Math.abs(signed) > 0.7) || dot(normals[i], unit(minus(camera.position, point))) < 0.5) return;
+    if ([marks.disc, marks.square].some((mark) => Math.hypot(x - mark.x, y - mark.y) < 14) || labels.some((box) => within(box, x, y))) return;
+    const [red, , blue] = image.at(Math.floor(x), Math.floor(y)), side = signed < 0 ? "inside" : "outside";
+    assert.ok((signed < 0 ? blue - red : red - blue) > 30, `${side} by ${signed}: ${red}, ${blue}`);
+    seen[side] += 1;
+  });
+  console.log(`${seen.inside} vertices inside, ${seen.outside} outside`);
+  assert.ok(seen.inside > 3 && seen.outside > 3);
+  await walk.press("Swap");
+  await walk.still();
+  assert.equal(await tab.page.locator(".viewer-bar").getAttribute("viewBox"), "0 0 240 1");
+  tab.assertClean({ expected: [lookup] });
+  await tab.close();
 });
 
 async function plyOf(walk, side) {

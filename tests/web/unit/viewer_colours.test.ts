@@ -2,7 +2,7 @@
 // tests/api/colour_map_test.cpp.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { colourOf, colourTable, kAboveLimit, kSteps, mapColour, ticks } from "../../../server/web/page/viewer/colours";
+import { aboveLimit, colourOf, colourTable, kAboveLimit, kPaths, kSteps, mapColour, ticks } from "../../../server/web/page/viewer/colours";
 import reference from "./colours.json";
 
 const colours = reference.colours.join("").match(/.{6}/g) ?? [];
@@ -20,8 +20,28 @@ test("ticks follow the service's rule", () => {
 
 test("the shader's table has the same colours, opaque", () => {
   const table = colourTable();
-  assert.equal(table.length, 4 * (kSteps + 1));
-  for (const i of [0, 1, 511, kSteps]) assert.deepEqual([...table.slice(4 * i, 4 * i + 4)], [...mapColour(i / kSteps), 255]);
+  assert.equal(table.length, 4 * (kSteps + 1) * kPaths.length);
+  kPaths.forEach((path, row) => {
+    for (const i of [0, 1, 511, kSteps]) {
+      const at = 4 * (row * (kSteps + 1) + i);
+      assert.deepEqual([...table.slice(at, at + 4)], [...mapColour(i / kSteps, path), 255]);
+    }
+  });
+});
+
+test("both sides begin with one grey and end apart, each darker all the way, and beyond the limit by a colour of their own", () => {
+  assert.deepEqual(mapColour(0, "inside"), mapColour(0, "outside"));
+  const [grey] = mapColour(0, "inside");
+  assert.ok(Math.max(...mapColour(0, "inside")) - Math.min(...mapColour(0, "inside")) < 4 && grey > 200);
+  const light = ([r, g, b]: readonly number[]): number => 0.2126 * r! + 0.7152 * g! + 0.0722 * b!;
+  for (const path of ["inside", "outside"] as const) {
+    for (let i = 1; i <= 16; ++i) assert.ok(light(mapColour(i / 16, path)) < light(mapColour((i - 1) / 16, path)), `${path} ${i}`);
+    assert.deepEqual(colourOf(3, { top: 2, limited: true }, path), aboveLimit(path));
+    assert.deepEqual(colourOf(0, { top: 2, limited: true }, path), mapColour(0, path));
+  }
+  const [outside, inside] = [mapColour(1, "outside"), mapColour(1, "inside")];
+  assert.ok(outside[0] - outside[2] > 150 && inside[2] - inside[0] > 100, `${outside.join()} and ${inside.join()}`);
+  assert.notDeepEqual(aboveLimit("inside"), aboveLimit("outside"));
 });
 
 test("colours of distances: what is nearer than 0, at the limit, above it and without a limit", () => {

@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { AreaDistribution } from "../../../server/web/page/viewer/distribution";
 import { parseMap } from "../../../server/web/page/viewer/map";
+import { notesOf } from "../../../server/web/page/viewer/notes";
 import { coarsened } from "../../../server/web/page/viewer/shape";
 
 type Fields = Record<string, unknown>;
@@ -10,6 +11,7 @@ type Fields = Record<string, unknown>;
 interface Parts {
   positions?: number[];
   distances?: number[];
+  sides?: number[];
   indices?: number[];
   node?: Fields;
   change?: (document: Fields & { accessors: Fields[]; bufferViews: Fields[]; meshes: Fields[] }) => void;
@@ -17,9 +19,9 @@ interface Parts {
 
 const extras = { limit: 0.5, units: "mm", candidate_triangles: 1, candidate_vertices: 3 };
 
-function glb({ positions = [0, 0, 0, 1, 0, 0, 0, 1, 0], distances = [0, 0.25, 1], indices = [0, 1, 2], node = {}, change }: Parts = {}): ArrayBuffer {
-  const arrays = [new Float32Array(positions), new Float32Array(distances), new Uint32Array(indices)];
-  const types = ["VEC3", "SCALAR", "SCALAR"];
+function glb({ positions = [0, 0, 0, 1, 0, 0, 0, 1, 0], distances = [0, 0.25, 1], indices = [0, 1, 2], sides, node = {}, change }: Parts = {}): ArrayBuffer {
+  const arrays = [new Float32Array(positions), new Float32Array(distances), new Uint32Array(indices), ...(sides ? [new Float32Array(sides)] : [])];
+  const types = ["VEC3", "SCALAR", "SCALAR", "SCALAR"];
   let at = 0;
   const bufferViews = arrays.map(({ byteLength }) => ({ buffer: 0, byteOffset: (at += byteLength) - byteLength, byteLength }));
   const accessors = arrays.map((array, i) => ({
@@ -33,7 +35,7 @@ function glb({ positions = [0, 0, 0, 1, 0, 0, 0, 1, 0], distances = [0, 0.25, 1]
     buffers: [{ byteLength: at }],
     bufferViews,
     accessors,
-    meshes: [{ primitives: [{ mode: 4, attributes: { POSITION: 0, _DISTANCE: 1 }, indices: 2 }] }],
+    meshes: [{ primitives: [{ mode: 4, attributes: { POSITION: 0, _DISTANCE: 1, ...(sides ? { _SIDE: 3 } : {}) }, indices: 2 }] }],
     nodes: [{ name: "candidate", mesh: 0, extras, ...node }],
   };
   change?.(document);
@@ -66,6 +68,17 @@ test("a map is read with its extras", async () => {
   assert.equal(map.units, "mm");
   assert.deepEqual(map.display, display);
   assert.deepEqual(map.scale, { top: 0.5, limited: true });
+});
+
+test("a map has sides, or says why it has none", async () => {
+  const map = await parseMap(glb({ sides: [0, -1, 1] }));
+  assert.deepEqual([...map.sides!], [0, -1, 1]);
+  assert.equal(map.noSides, undefined);
+  const without = await parseMap(glb({ node: { extras: { ...extras, no_sides: "the baseline is open: here" } } }));
+  assert.equal(without.sides, undefined);
+  assert.equal(without.noSides, "the baseline is open: here");
+  const input = { a: without, b: without, limit: null, units: "mm", witnesses: [] };
+  assert.ok(notesOf(input).includes("A has no sides of B: B is open: here."));
 });
 
 test("a map of points is a cloud", async () => {
@@ -116,6 +129,8 @@ const wrong: Record<string, [Parts, RegExp]> = {
   "a negative distance": [{ distances: [0, -1, 1] }, /distance at vertex 1/],
   "a distance that is no number": [{ distances: [NaN, 0, 1] }, /distance at vertex 0/],
   "a vertex at infinity": [{ positions: [0, 0, 0, 1, 0, 0, 0, Infinity, 0] }, /vertex 2 is not a finite point/],
+  "fewer sides than vertices": [{ sides: [0, 1] }, /3 vertices and 2 sides/],
+  "a side that is none": [{ sides: [0, 0.5, 1] }, /side at vertex 1/],
   "no mesh of that name": [{ node: { name: "other" } }, /no node "candidate"/],
   "a mesh that is not there": [{ node: { mesh: 7 } }, /number 7 of 1/],
   "a turned node": [{ node: { rotation: [0, 0, 0, 1] } }, /has a rotation/],

@@ -1,9 +1,15 @@
 // The colour map of api/colour_map.h, byte for byte (tests/web/unit/colours.json checks both), with its ticks: from dark
-// violet over blue and green to light yellow at the limit, one dark red above it.
+// violet over blue and green to light yellow at the limit, one dark red above it. Where sides are known there are two other
+// paths, from the same grey at 0: to orange outside, to blue inside.
 
 export type Rgb = readonly [number, number, number]; // sRGB, 0 to 255
 
 export const kAboveLimit: Rgb = [190, 12, 0];
+const kInsideAboveLimit: Rgb = [52, 0, 120];
+
+export type Path = "plain" | "outside" | "inside";
+export const kPaths: readonly Path[] = ["plain", "outside", "inside"]; // rows of the table
+export const aboveLimit = (path: Path): Rgb => (path === "inside" ? kInsideAboveLimit : kAboveLimit);
 export const kSteps = 1024; // of the map; a share is rounded to the nearest one
 
 export interface ColourScale {
@@ -16,6 +22,17 @@ function helix(share: number): [number, number, number] {
   const hue = ((300 + (115 - 300) * share) * Math.PI) / 180;
   return [0.25 + (0.93 - 0.25) * share, 0.02 + 0.12 * Math.cos(hue), 0.01 + 0.12 * Math.sin(hue)];
 }
+
+// From a light grey, which a white page and a dark one show, to this lightness, a and b, in OKLab.
+function towards(share: number, end: readonly [number, number, number]): [number, number, number] {
+  return [0.86 + (end[0] - 0.86) * share, end[1] * share, end[2] * share];
+}
+
+const okLab: Record<Path, (share: number) => [number, number, number]> = {
+  plain: helix,
+  outside: (share) => towards(share, [0.62, 0.09, 0.13]),
+  inside: (share) => towards(share, [0.5, -0.04, -0.17]),
+};
 
 function linearOf([lightness, a, b]: [number, number, number]): [number, number, number] {
   const l = (lightness + 0.3963377774 * a + 0.2158037573 * b) ** 3;
@@ -35,24 +52,27 @@ function encoded(linear: number): number {
 
 let table: Uint8Array | undefined;
 
-// RGBA of kSteps + 1 colours, the shader's lookup table.
+// RGBA of kSteps + 1 colours of each path, the shader's lookup table.
 export function colourTable(): Uint8Array {
   if (table) return table;
-  table = new Uint8Array(4 * (kSteps + 1)).fill(255);
-  for (let i = 0; i <= kSteps; ++i) table.set(linearOf(helix(i / kSteps)).map(encoded), 4 * i);
+  table = new Uint8Array(4 * (kSteps + 1) * kPaths.length).fill(255);
+  kPaths.forEach((path, row) => {
+    for (let i = 0; i <= kSteps; ++i) table!.set(linearOf(okLab[path](i / kSteps)).map(encoded), 4 * (row * (kSteps + 1) + i));
+  });
   return table;
 }
 
-export function mapColour(share: number): Rgb {
-  const at = 4 * Math.round((share > 0 ? Math.min(share, 1) : 0) * kSteps);
+export function mapColour(share: number, path: Path = "plain"): Rgb {
+  const row = kPaths.indexOf(path) * (kSteps + 1);
+  const at = 4 * (row + Math.round((share > 0 ? Math.min(share, 1) : 0) * kSteps));
   const colours = colourTable();
   return [colours[at]!, colours[at + 1]!, colours[at + 2]!];
 }
 
-export function colourOf(distance: number, scale: ColourScale): Rgb {
-  if (distance <= 0) return mapColour(0);
-  if (scale.limited && distance > scale.top) return kAboveLimit;
-  return mapColour(distance / scale.top);
+export function colourOf(distance: number, scale: ColourScale, path: Path = "plain"): Rgb {
+  if (distance <= 0) return mapColour(0, path);
+  if (scale.limited && distance > scale.top) return aboveLimit(path);
+  return mapColour(distance / scale.top, path);
 }
 
 export const css = ([r, g, b]: Rgb): string => `rgb(${r}, ${g}, ${b})`;

@@ -14,6 +14,8 @@ export interface DeviationMap {
   indices: Uint32Array; // three per triangle, all within `positions`; of a point cloud each vertex three times
   cloud: boolean;
   distances: Float32Array; // one per vertex, finite, not negative
+  sides?: Float32Array; // one per vertex: 1 outside of the other mesh, -1 inside, 0 where neither is proved
+  noSides?: string; // why there are none though they were asked for
   translation: [number, number, number];
   units: string; // may be empty
   display: Display;
@@ -36,12 +38,16 @@ function mapOf(bytes: ArrayBuffer): DeviationMap {
   const cloud = reader.isCloud(primitive);
   const indices = cloud ? pointIndices(positions.length / 3) : reader.indices(primitive.indices);
   checkArrays(positions, distances, indices);
+  const sides = attributes._SIDE === undefined ? undefined : reader.floats(attributes._SIDE, "SCALAR", "_SIDE");
+  if (sides) checkSides(sides, distances.length);
   const extras = objectOf(node.extras ?? {}, "the extras of the mesh");
   return {
     positions,
     indices,
     cloud,
     distances,
+    ...(sides ? { sides } : {}),
+    ...(typeof extras.no_sides === "string" ? { noSides: extras.no_sides } : {}),
     translation: reader.translationOf(node),
     units: typeof extras.units === "string" ? extras.units : "",
     display: displayOf(extras, positions.length / 3, cloud ? 0 : indices.length / 3),
@@ -72,6 +78,12 @@ function checkArrays(positions: Float32Array, distances: Float32Array, indices: 
       throw new Error(`The deviation map's vertex ${v} is not a finite point.`);
     }
   }
+}
+
+function checkSides(sides: Float32Array, vertices: number): void {
+  if (sides.length !== vertices) throw new Error(`The deviation map has ${vertices} vertices and ${sides.length} sides.`);
+  const wrong = sides.findIndex((side) => side !== 0 && side !== 1 && side !== -1);
+  if (wrong >= 0) throw new Error(`The deviation map's side at vertex ${wrong} is neither 1, 0 nor -1.`);
 }
 
 function countOf(value: Json | undefined): number | undefined {

@@ -11,7 +11,7 @@ import { notesOf } from "./notes";
 import { Overlay } from "./overlay";
 import { composed, save } from "./picture";
 import { Scale } from "./scale";
-import { initialSettings, Store, type Side, type ViewerInput } from "./settings";
+import { initialSettings, pathsOf, Store, type Side, type ViewerInput } from "./settings";
 import { Stage } from "./stage";
 import type { Tones } from "./surface";
 import { makeToolbar } from "./toolbar";
@@ -72,7 +72,7 @@ class Viewer {
     this.colours = colourScaleOf(input, this.areas);
     const toolbar = this.build();
     if (toolbar) this.root.append(toolbar);
-    const scale = new Scale(this.colours, input.units, this.areas, this.store, input.witnesses, this.stage !== undefined);
+    const scale = new Scale(this.colours, input, this.areas, this.store, this.stage !== undefined);
     this.root.append(this.picture, scale.element);
     this.root.append(make("div", { class: "viewer-notes" }, notesOf(input).map((text) => make("p", { text }))), this.live.element);
     host.replaceChildren(this.root);
@@ -156,6 +156,7 @@ class Viewer {
       labels: overlay.shown(),
       title: `Distance of ${coloured.toUpperCase()} to ${coloured === "a" ? "B" : "A"}`,
       colours: this.colours,
+      paths: pathsOf(this.input[coloured]),
       units: this.input.units,
       paper: style.backgroundColor,
       ink: style.color,

@@ -22,5 +22,6 @@ export function noteOn(side: Side, input: ViewerInput): string | undefined {
 
 export function notesOf(input: ViewerInput): string[] {
   const notes = (["a", "b"] as Side[]).map((side) => noteOn(side, input)).filter((note) => note !== undefined);
+  if (input.a.noSides) notes.push(`A has no sides of B: ${input.a.noSides.replace("the baseline", "B")}.`);
   return [...notes, "Colours are computed at vertices, not certified; the interval is."];
 }

@@ -1,6 +1,6 @@
 // The layer over the canvas: the witness's label, captions of the parts, the distance under the pointer.
 import { rayThrough } from "./camera";
-import { colourOf, css, type ColourScale } from "./colours";
+import { colourOf, css, type ColourScale, type Path } from "./colours";
 import { make } from "./dom";
 import { figure, withUnits } from "./figures";
 import { labelPlace } from "./label_place";
@@ -42,8 +42,9 @@ export class Overlay {
       const picked = this.pick(event.clientX, event.clientY);
       this.readout.hidden = picked === undefined;
       if (!picked) return;
-      const text = `${withUnits(figure(picked.distance, 3), units)} from ${nameOf(other(picked.side))}`;
-      this.swatch.style.background = css(colourOf(picked.distance, colours));
+      const way = picked.path === "plain" || picked.distance === 0 ? "from" : `${picked.path} of`;
+      const text = `${withUnits(figure(picked.distance, 3), units)} ${way} ${nameOf(other(picked.side))}`;
+      this.swatch.style.background = css(colourOf(picked.distance, colours, picked.path));
       this.readoutText.textContent = text;
       if (aloud) say(`Here ${nameOf(picked.side)} is ${text}.`);
     };
@@ -56,11 +57,11 @@ export class Overlay {
     canvas.addEventListener("pointerleave", () => (this.readout.hidden = true));
   }
 
-  private pick(x: number, y: number): { distance: number; side: "a" | "b" } | undefined {
+  private pick(x: number, y: number): { distance: number; path: Path; side: "a" | "b" } | undefined {
     const part = this.stage.viewports().find(({ rect }) => x >= rect.left && x < rect.left + rect.width);
     if (!part) return undefined;
-    const distance = this.stage.pick(rayThrough(this.stage.camera(), x, y, part.rect), part.side);
-    return distance === undefined ? undefined : { distance, side: part.side };
+    const picked = this.stage.pick(rayThrough(this.stage.camera(), x, y, part.rect), part.side);
+    return picked && { ...picked, side: part.side };
   }
 
   private place(places: LabelPlace[]): void {

@@ -1,5 +1,5 @@
 // Saves the picture as a PNG file: the canvas with the witness's label and a colour bar.
-import { colourOf, css, ticks, type ColourScale } from "./colours";
+import { colourOf, css, ticks, type ColourScale, type Path } from "./colours";
 import { figure, withUnits } from "./figures";
 import { kMarkColour } from "./marks";
 
@@ -9,6 +9,7 @@ export interface PictureParts {
   labels: { x: number; y: number; text: string }[]; // CSS pixels within the canvas
   title: string;
   colours: ColourScale;
+  paths: readonly Path[]; // one bar each, above each other
   units: string;
   paper: string;
   ink: string;
@@ -43,16 +44,19 @@ function paintLabel(paint: CanvasRenderingContext2D, x: number, y: number, text:
   paint.fillText(text, x + 7, y + 4.5);
 }
 
-function paintBar(paint: CanvasRenderingContext2D, { colours, units, title, ink }: PictureParts, width: number, top: number): void {
+function paintBar(paint: CanvasRenderingContext2D, { colours, paths, units, title, ink }: PictureParts, width: number, top: number): void {
   const [left, size] = [16, width - 32];
   const main = colours.limited ? 0.9 * size : size;
-  for (let i = 0; i < size; ++i) {
-    paint.fillStyle = css(i < main ? colourOf((colours.top * i) / main, colours) : colourOf(Infinity, colours));
-    paint.fillRect(left + i, top + 24, 1.5, 14);
-  }
+  const high = 14 / paths.length;
+  paths.forEach((path, row) => {
+    for (let i = 0; i < size; ++i) {
+      paint.fillStyle = css(colourOf(i < main ? (colours.top * i) / main : Infinity, colours, path));
+      paint.fillRect(left + i, top + 24 + row * high, 1.5, high);
+    }
+  });
   paint.fillStyle = ink;
   paint.font = "12px system-ui, sans-serif";
-  paint.fillText(title, left, top + 16);
+  paint.fillText(paths.length > 1 ? `${title}: ${paths.join(" above, ")} below` : title, left, top + 16);
   const values = ticks(colours.top);
   if (colours.limited) {
     paint.textAlign = "right";

@@ -1,11 +1,11 @@
 // The colour bar with its ticks and the limit, the histogram above it, and the brush over both.
 import { axisOf, binEdges, brushBetween, distanceAt, isWhole, moveEnd, placeOf, wholeBrush, type Axis, type Brush } from "./axis";
-import { colourOf, css, ticks, type ColourScale } from "./colours";
-import type { AreaDistribution } from "./distribution";
+import { colourOf, css, mapColour, ticks, type ColourScale, type Path } from "./colours";
+import { AreaDistribution } from "./distribution";
 import { button, make, makeSvg } from "./dom";
 import { figure, percent, withUnits } from "./figures";
 import { limitWords, type Beyond } from "./limit_words";
-import { nameOf, other, type Side, type Store, type Witness } from "./settings";
+import { nameOf, other, pathsOf, type Side, type Store, type ViewerInput } from "./settings";
 
 const kBins = 120; // a multiple of 5, so that an edge is at the limit
 const kHeight = 100;
@@ -14,7 +14,8 @@ export class Scale {
   readonly element = make("section", { class: "viewer-scale", attributes: { "aria-label": "Distances" } });
   private readonly axis: Axis;
   private readonly edges: number[];
-  private readonly shares: Record<Side, Float64Array>;
+  private readonly shares: Record<Side, Partial<Record<Path, Float64Array>>>; // of each bin
+  private readonly bar = makeSvg("svg", { preserveAspectRatio: "none", "aria-hidden": "true", class: "viewer-bar" });
   private readonly bars = makeSvg("svg", { viewBox: `0 0 ${kBins} ${kHeight}`, preserveAspectRatio: "none", "aria-hidden": "true", class: "viewer-bars" });
   private readonly track = make("div", { class: "viewer-track" });
   private readonly words = make("p", { class: "viewer-words" });
@@ -26,37 +27,56 @@ export class Scale {
 
   constructor(
     private readonly colours: ColourScale,
-    private readonly units: string,
+    private readonly input: ViewerInput,
     private readonly areas: Record<Side, AreaDistribution>,
     private readonly store: Store,
-    private readonly witnesses: readonly Witness[],
     private readonly hasPicture: boolean, // there is a picture to highlight in
   ) {
     this.axis = axisOf(colours.top, Math.max(areas.a.largest, areas.b.largest));
     this.edges = binEdges(this.axis, kBins);
-    this.shares = { a: areas.a.bins(this.edges), b: areas.b.bins(this.edges) };
+    this.shares = { a: this.sharesOf("a"), b: this.sharesOf("b") };
     this.beyond = { a: this.beyondOf("a"), b: this.beyondOf("b") };
     this.ends = { from: this.makeEnd("from"), to: this.makeEnd("to") };
-    this.track.append(this.bars, this.makeBar(), ...this.makeTicks(), this.ends.from, this.ends.to);
+    this.track.append(this.bars, this.bar, ...this.makeTicks(), this.ends.from, this.ends.to);
     this.element.append(this.caption, this.track, make("div", { class: "viewer-line" }, [this.words, this.clear]));
     this.listen();
     let drawn = "";
     store.watch(({ coloured, split }) => {
       if (drawn === coloured + String(split)) return;
       drawn = coloured + String(split);
+      this.drawBar(split ? [coloured, other(coloured)] : [coloured]);
       this.drawBars(coloured);
       this.drawBrush();
     });
   }
 
-  private makeBar(): SVGElement {
+  private get units(): string {
+    return this.input.units;
+  }
+
+  // Inside, the signed distance is negative: the bins of both sides are those of one distribution.
+  private sharesOf(side: Side): Partial<Record<Path, Float64Array>> {
+    const map = this.input[side];
+    const { sides } = map;
+    if (!sides) return { plain: this.areas[side].bins(this.edges) };
+    const distances = map.distances.map((distance, v) => (sides[v] === -1 ? -distance : distance));
+    const [, ...outwards] = this.edges;
+    const all = new AreaDistribution({ ...map, distances }).bins([...outwards.map((edge) => -edge).reverse(), ...this.edges]);
+    return { outside: all.slice(kBins), inside: all.slice(0, kBins).reverse() };
+  }
+
+  // One row for each path of colours that is seen.
+  private drawBar(sides: Side[]): void {
     const steps = 2 * kBins;
-    const svg = makeSvg("svg", { viewBox: `0 0 ${steps} 1`, preserveAspectRatio: "none", "aria-hidden": "true", class: "viewer-bar" });
-    for (let i = 0; i < steps; ++i) {
-      const fill = css(colourOf(distanceAt(this.axis, (i + 0.5) / steps), this.colours));
-      svg.append(makeSvg("rect", { x: i, y: 0, width: 2, height: 1, fill }));
-    }
-    return svg;
+    const rows = [...new Set(sides.flatMap((side) => pathsOf(this.input[side])))];
+    this.bar.setAttribute("viewBox", `0 0 ${steps} ${rows.length}`);
+    this.bar.replaceChildren();
+    rows.forEach((path, y) => {
+      for (let i = 0; i < steps; ++i) {
+        const fill = css(colourOf(distanceAt(this.axis, (i + 0.5) / steps), this.colours, path));
+        this.bar.append(makeSvg("rect", { x: i, y, width: 2, height: 1, fill }));
+      }
+    });
   }
 
   private makeTicks(): HTMLElement[] {
@@ -80,18 +100,31 @@ export class Scale {
 
   // The highest bar is full; heights are by the square root, so that a surface that is close almost everywhere has more than one bar.
   private drawBars(side: Side): void {
-    const most = Math.max(...this.shares[side], 1e-300);
+    const paths = pathsOf(this.input[side]);
+    const sums = Array.from({ length: kBins }, (_, i) => paths.reduce((sum, path) => sum + this.shares[side][path]![i]!, 0));
+    const most = Math.max(...sums, 1e-300);
     this.bars.replaceChildren();
-    this.shares[side].forEach((share, i) => {
-      if (share <= 0) return;
-      const height = Math.max(1.5, kHeight * Math.sqrt(share / most));
+    sums.forEach((sum, i) => {
+      if (sum <= 0) return;
+      const height = Math.max(1.5, kHeight * Math.sqrt(sum / most));
       const middle = distanceAt(this.axis, (i + 0.5) / kBins);
-      const bar = makeSvg("rect", { x: i, y: kHeight - height, width: 0.94, height, fill: css(colourOf(middle, this.colours)) });
-      this.bars.append(bar);
+      let y = kHeight - height;
+      for (const path of paths) {
+        const part = (height * this.shares[side][path]![i]!) / sum;
+        if (part > 0) this.bars.append(makeSvg("rect", { x: i, y, width: 0.94, height: part, fill: css(colourOf(middle, this.colours, path)) }));
+        y += part;
+      }
     });
     const [one, two] = [nameOf(side), nameOf(other(side))];
     const [what, root] = this.areas[side].of === "area" ? ["Area of", "area"] : ["Points of", "number"];
-    this.caption.textContent = `${what} ${one} by its distance to ${two} (computed; heights by the square root of the ${root})`;
+    const legend = paths.length > 1 ? paths.flatMap((path) => [", ", this.swatch(path), ` ${path} of ${two}`]) : [];
+    this.caption.replaceChildren(`${what} ${one} by its distance to ${two}`, ...legend, ` (computed; heights by the square root of the ${root})`);
+  }
+
+  private swatch(path: Path): HTMLElement {
+    const made = make("span", { class: "viewer-swatch" });
+    made.style.background = css(mapColour(1, path));
+    return made;
   }
 
   private makeEnd(end: "from" | "to"): HTMLElement {
@@ -158,7 +191,7 @@ export class Scale {
   private wholeWords(): string {
     const hint = this.hasPicture ? "Drag here, or move the two ends, to highlight a range of distances." : "Drag here, or move the two ends, to ask for the area of a range of distances.";
     if (!this.colours.limited) return hint;
-    return `${limitWords(this.store.value, this.beyond, this.witnesses, this.colours.top)} ${hint}`;
+    return `${limitWords(this.store.value, this.beyond, this.input.witnesses, this.colours.top)} ${hint}`;
   }
 
   // Distances are rounded to single precision: one that equals the limit is not beyond it.

@@ -1,10 +1,14 @@
 // The state that the toolbar, the keys and the scale change and the picture shows.
+import type { Path } from "./colours";
 import type { DeviationMap } from "./map";
 import type { Vec3 } from "./vec";
 
 export type Side = "a" | "b";
 export const other = (side: Side): Side => (side === "a" ? "b" : "a");
 export const nameOf = (side: Side): string => side.toUpperCase();
+
+// The paths of colours that the map is drawn by.
+export const pathsOf = (map: Pick<DeviationMap, "sides">): readonly Path[] => (map.sides ? ["outside", "inside"] : ["plain"]);
 
 export interface Witness {
   from: Side;

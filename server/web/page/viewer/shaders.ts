@@ -6,8 +6,15 @@ export const kSurfaceVertex = /* glsl */ `
 uniform float size;       // of the meshes: squares of what is divided by it neither vanish nor overflow
 in float deviation;
 out float vDeviation;
+#ifdef SIDES
+in float side;            // 1 outside of the other mesh, -1 inside
+out float vSigned;
+#endif
 out vec3 vView;
 void main() {
+#ifdef SIDES
+  vSigned = side * deviation;
+#endif
   vec4 view = modelViewMatrix * vec4(position, 1.0);
   vView = view.xyz / size;
   vDeviation = deviation;
@@ -56,13 +63,21 @@ export const kColouredFragment = /* glsl */ `
 uniform sampler2D table;
 uniform float top;
 uniform bool limited;
-uniform vec3 above;
+uniform vec3 above[3];    // by row of the table
 uniform vec3 section;
+#ifdef SIDES
+in float vSigned;
+#endif
 ${kCommon}
 vec3 mapped() {
-  if (vDeviation <= 0.0) return texelFetch(table, ivec2(0), 0).rgb;
-  if (limited && vDeviation > top) return above;
-  return texelFetch(table, ivec2(int(clamp(vDeviation / top, 0.0, 1.0) * float(STEPS) + 0.5), 0), 0).rgb;
+#ifdef SIDES
+  int row = vSigned < 0.0 ? 2 : 1;
+#else
+  int row = 0;
+#endif
+  if (limited && vDeviation > top && vDeviation > 0.0) return above[row];
+  float at = vDeviation <= 0.0 ? 0.0 : clamp(vDeviation / top, 0.0, 1.0) * float(STEPS) + 0.5;
+  return texelFetch(table, ivec2(int(at), row), 0).rgb;
 }
 vec3 hatched() {
   float stripe = mod(gl_FragCoord.x + gl_FragCoord.y, 9.0);

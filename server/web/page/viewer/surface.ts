@@ -20,7 +20,7 @@ import {
   Vector4,
   type IUniform,
 } from "three";
-import { colourTable, kAboveLimit, kSteps, type ColourScale, type Rgb } from "./colours";
+import { aboveLimit, colourTable, kPaths, kSteps, type ColourScale, type Rgb } from "./colours";
 import type { DeviationMap } from "./map";
 import { kCoarse, type Fineness } from "./pace";
 import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from "./shaders";
@@ -47,7 +47,7 @@ const share = ([r, g, b]: Rgb): Vector3 => new Vector3(r / 255, g / 255, b / 255
 
 // Shared by both meshes of a viewer.
 export function makeTable(): DataTexture {
-  const texture = new DataTexture(colourTable(), kSteps + 1, 1, RGBAFormat, UnsignedByteType);
+  const texture = new DataTexture(colourTable(), kSteps + 1, kPaths.length, RGBAFormat, UnsignedByteType);
   texture.minFilter = texture.magFilter = NearestFilter;
   texture.needsUpdate = true;
   return texture;
@@ -58,6 +58,7 @@ export class Surface {
   readonly uniforms: Record<string, IUniform>;
   private readonly positions: BufferAttribute;
   private readonly deviations: BufferAttribute;
+  private readonly sides: BufferAttribute | undefined;
   private readonly fine: BufferGeometry;
   private readonly filled = new Map<Fineness["coarse"], BufferGeometry>();
   private edges?: BufferGeometry;
@@ -76,6 +77,7 @@ export class Surface {
     this.uniforms = { ...uniformsFor(table, scale, signedVolume(map) >= 0), size: { value: size } };
     this.positions = new BufferAttribute(map.positions, 3);
     this.deviations = new BufferAttribute(map.distances, 1);
+    this.sides = map.sides && new BufferAttribute(map.sides, 1);
     this.fine = this.geometryWith(map.indices);
     this.filled.set(0, this.fine);
     const drawn = (material: ShaderMaterial): Drawn | Points => (map.cloud ? new Points(this.fine, material) : new Drawn(this.fine, material));
@@ -141,6 +143,7 @@ export class Surface {
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", this.positions);
     geometry.setAttribute("deviation", this.deviations);
+    if (this.sides) geometry.setAttribute("side", this.sides);
     geometry.setIndex(new BufferAttribute(indices, 1));
     geometry.boundingSphere = new Sphere(new Vector3(), Infinity); // else three.js computes it from all vertices
     return geometry;
@@ -161,7 +164,7 @@ export class Surface {
       uniforms: this.uniforms,
       vertexShader: kSurfaceVertex,
       fragmentShader,
-      defines: { STEPS: kSteps, ...(this.map.cloud ? { CLOUD: 1 } : {}) },
+      defines: { STEPS: kSteps, ...(this.map.cloud ? { CLOUD: 1 } : {}), ...(this.map.sides ? { SIDES: 1 } : {}) },
       glslVersion: GLSL3,
       side: DoubleSide,
       forceSinglePass: true,
@@ -175,7 +178,7 @@ function uniformsFor(table: DataTexture, scale: ColourScale, outward: boolean): 
     table: { value: table },
     top: { value: scale.top },
     limited: { value: scale.limited },
-    above: { value: share(kAboveLimit) },
+    above: { value: kPaths.map((path) => share(aboveLimit(path))) },
     outward: { value: outward },
     clip: { value: new Vector4() },
     clipped: { value: false },
