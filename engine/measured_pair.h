@@ -67,6 +67,9 @@ struct MeasuredDirection {
   double left_out = 0;                       // computed upper bound of the triangles that are not in `rest`
   std::unique_ptr<NearPart> near = nullptr;  // null: search all of `to`; else this is enough for `rest`
   double reach = std::numeric_limits<double>::infinity();  // each triangle not in `near` is farther from all of `rest`
+  // By triangle of the given `from`: an upper bound of its distance that the search has met, slack included, frame
+  // units; infinite: none. Empty: not asked for, or not searched.
+  LargeArray<float> bounds{};
 };
 
 // The largest difference between the meshes at hand and the meshes that they stand for: the sum of both

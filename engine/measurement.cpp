@@ -164,9 +164,23 @@ std::optional<Stop> Measurement::measure(MeasuredDirection& direction) {
   const Bvh& tree = direction.near ? direction.near->tree : *direction.to.tree;
   Search search(from.view(), from.box, tree, goal_, lower_, *this, pool_);
   set_up(search, direction);
+  LargeArray<float> bounds;
+  if (options_.areas && is_auto()) {
+    bounds.assign(from.triangles.size(), std::numeric_limits<float>::infinity());
+    search.note_in(bounds);
+  }
   const auto stop = is_auto() ? search_auto(search, from, to) : search_paper(search, *direction.from.tree);
+  if (!bounds.empty()) keep_bounds(search, from, bounds, direction);
   certify(search, direction.result, from, to);
   return stop;
+}
+
+// For the areas.
+void Measurement::keep_bounds(const Search& search, const OrderedMesh& from, const LargeArray<float>& bounds,
+                              MeasuredDirection& direction) {
+  const double left_out = rounding::add_up(direction.left_out, search.upper_slack());
+  direction.bounds.assign(from.given, rounding::float_up(left_out));
+  for (std::size_t t = 0; t < bounds.size(); ++t) direction.bounds[from.original[t]] = bounds[t];
 }
 
 // Without the residual, which is that of a tree.

@@ -47,6 +47,8 @@ class Measurement final : public Monitor {
   void set_up(Search& search, MeasuredDirection& direction);
   std::optional<Stop> search_auto(Search& search, const OrderedMesh& from, const OrderedMesh& to);
   std::optional<Stop> search_paper(Search& search, const Bvh& from_tree);
+  static void keep_bounds(const Search& search, const OrderedMesh& from, const LargeArray<float>& bounds,
+                          MeasuredDirection& direction);
   void certify(const Search& search, Directed& directed, const OrderedMesh& from, const OrderedMesh& to);
   Bounds certified(const Search& search);
   bool fails_gate(const Search& search);

@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -175,6 +176,19 @@ class Search {
                    : std::numeric_limits<std::uint64_t>::max();
   }
 
+  // Upper bounds of the distances of the triangles of A, by triangle, slack included; infinite: none. The first phase
+  // drops what is within its limit by the known ones, and notes those of what it drops itself. Borrows; empty: none.
+  void set_known(std::span<const float> bounds) { known_ = bounds; }
+  void note_in(std::span<float> bounds) { noted_ = bounds; }
+  double known(std::size_t triangle) const {
+    return known_.empty() ? std::numeric_limits<double>::infinity() : static_cast<double>(known_[triangle]);
+  }
+  // Any thread may call it for triangles that no other thread notes. `upper`: computed.
+  void note(std::size_t triangle, double upper) {
+    if (!noted_.empty())
+      noted_[triangle] = std::min(noted_[triangle], rounding::float_up(rounding::add_up(upper, slack_.upper(0))));
+  }
+
   // Sets the upper bound of the part of A that the first phase has not visited yet; 0: it has visited all.
   void set_unvisited(double upper) { unvisited_ = upper; }
 
@@ -212,6 +226,8 @@ class Search {
   Slack slack_;
   double reach_ = std::numeric_limits<double>::infinity();
   Candidate candidate_;
+  std::span<const float> known_;
+  std::span<float> noted_;
   std::vector<Piece> waiting_;
   bool is_heap_ = true;
   Work work_;

@@ -65,6 +65,7 @@ class Sweep {
       if (search_.over_budget()) return give_up(Stop::budget);
       if (blocks_[begin].upper <= search_.cull_within_tolerance()) {
         search_.drop(blocks_[begin].upper);
+        for (; begin < blocks_.size(); ++begin) drop(sweepers_[0], blocks_[begin]);
         break;
       }
       if (overlay_pays(probed)) adopt_overlay();
@@ -116,9 +117,14 @@ class Sweep {
   void bound(Sweeper& sweeper, Block& block) {
     if (block.bounded || sweeper.worker.interrupted()) return;
     Box box;
+    double known = 0;
     for (std::size_t t = block.begin; t < block.end; ++t) {
       for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(t, i));
+      known = std::max(known, search_.known(t));
     }
+    block.upper = known;
+    block.bounded = known <= sweeper.worker.cull_within_tolerance();
+    if (block.bounded) return;
     const auto first = static_cast<std::uint32_t>(block.begin);
     measure(sweeper, search_.from().triangles[first][0], first);
     const Vec3 centre = (box.low + box.high) * 0.5;
@@ -175,10 +181,10 @@ class Sweep {
     const Triangle& triangle = search_.from().triangles[t];
     const Certificate certificate = certificate_of(t);
     const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[t];
-    bool culled = twin != kNoTwin && sweeper.twins.note(certified(sweeper, certificate, triangle, twin));
+    bool culled = twin != kNoTwin && sweeper.twins.note(certified(sweeper, certificate, t, twin));
     const Hints known = hints(sweeper, triangle);
     culled = culled || std::any_of(known.span().begin(), known.span().end(),
-                                   [&](std::uint32_t hint) { return certified(sweeper, certificate, triangle, hint); });
+                                   [&](std::uint32_t hint) { return certified(sweeper, certificate, t, hint); });
     return sweeper.guesses.note(culled);
   }
 
@@ -202,11 +208,14 @@ class Sweep {
   void visit(Sweeper& sweeper, Block& block) {
     if (block.visited) return;
     if (block.upper <= search_.cull_within_tolerance()) {
-      sweeper.worker.drop(block.upper);
+      drop(sweeper, block);
     } else {
       const std::size_t pieces = sweeper.worker.waiting();
       sweeper.left.clear();
-      for (std::size_t t = block.begin; t < block.end; ++t) sweeper.left.push_back(static_cast<std::uint32_t>(t));
+      for (std::size_t t = block.begin; t < block.end; ++t) {
+        const double known = search_.known(t);
+        if (known > sweeper.worker.cull_within_tolerance()) sweeper.left.push_back(static_cast<std::uint32_t>(t));
+      }
       const bool guessed = patched(sweeper);
       for (const std::uint32_t t : sweeper.left) {
         if (sweeper.worker.interrupted()) return sweeper.worker.forget_beyond(pieces);
@@ -235,7 +244,7 @@ class Sweep {
         sweeper.left[kept++] = t;
         continue;
       }
-      sweeper.worker.drop(bounds[i].upper);
+      drop(sweeper, t, bounds[i].upper);
       for (const std::uint32_t v : search_.from().triangles[t]) vertices_[v].suggest(bounds[i].under);
     }
     sweeper.left.resize(kept);
@@ -259,21 +268,22 @@ class Sweep {
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
     piece.upper = block_upper;
     const Certificate certificate(piece.corners, search_.to());
+    // No bound is within a limit (Goal::cull_at) that a corner is beyond.
+    const auto is_beyond = [&](std::uint32_t v) { return vertices_[v].distance() > worker.cull_within_tolerance(); };
+    if (std::any_of(triangle.begin(), triangle.end(), is_beyond)) return worker.push(piece);
     if (!guessed && culled_by_guess(sweeper, certificate, t)) return;
     // These two need no measured corners. Each is tried first if it has succeeded recently.
     const bool centroid_first = sweeper.centroids.promising();
     if (centroid_first && owned_by_centroid(sweeper, piece, certificate)) return;
-    if (!centroid_first && sweeper.overlays.promising()) {
-      const Hints known = hints(sweeper, triangle);
-      if (overlaid(sweeper, piece, known.span())) return;
-    }
+    if (!centroid_first && sweeper.overlays.promising() && overlaid(sweeper, piece, hints(sweeper, triangle).span()))
+      return;
 
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(sweeper, triangle[i], t);
-    const auto& [a, b, c] = piece.corners;
-    const std::array owners{a.slot, b.slot, c.slot};
+    if (std::any_of(triangle.begin(), triangle.end(), is_beyond)) return worker.push(piece);
+    const std::array owners{piece.corners[0].slot, piece.corners[1].slot, piece.corners[2].slot};
     piece.upper =
         std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
-    if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper);
+    if (piece.upper <= worker.cull_within_tolerance()) return drop(sweeper, t, piece.upper);
     if (overlaid(sweeper, piece, owners)) return;
     if (!centroid_first && !piece.overlay_failed && sweeper.centroids.possible() &&
         owned_by_centroid(sweeper, piece, certificate))
@@ -291,7 +301,7 @@ class Sweep {
             .slot;
     piece.upper = std::min(piece.upper, certificate(sweeper.last, worker.work()));
     const bool culled = piece.upper <= worker.cull_within_tolerance();
-    if (culled) worker.drop(piece.upper);
+    if (culled) drop(sweeper, piece.triangle, piece.upper);
     sweeper.centroids.note(culled);
     return culled;
   }
@@ -304,7 +314,7 @@ class Sweep {
     const Overlay::Attempt attempt = sweeper.overlay->attempt(piece, starts, limit, kMaxVisits, worker.work());
     piece.overlay_failed = attempt.started && !attempt.upper;
     if (attempt.started) sweeper.overlays.note(attempt.upper.has_value());
-    if (attempt.upper) worker.drop(*attempt.upper);
+    if (attempt.upper) drop(sweeper, piece.triangle, *attempt.upper);
     return attempt.upper.has_value();
   }
 
@@ -327,25 +337,33 @@ class Sweep {
     const Triangle& triangle = search_.from().triangles[t];
     const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[t];
     if (twin != kNoTwin && sweeper.twins.promising()) {
-      if (sweeper.twins.note(certified(sweeper, certificate, triangle, twin))) return true;
+      if (sweeper.twins.note(certified(sweeper, certificate, t, twin))) return true;
     }
     const std::uint32_t next = sweeper.last + 1;  // B is ordered along a curve like A; kNone has no successor
     if (next < search_.to().mesh().triangles.size() && sweeper.successors.promising()) {
-      if (sweeper.successors.note(certified(sweeper, certificate, triangle, next))) return true;
+      if (sweeper.successors.note(certified(sweeper, certificate, t, next))) return true;
     }
     const Hints known = hints(sweeper, triangle);
     return std::any_of(known.span().begin(), known.span().end(),
-                       [&](std::uint32_t hint) { return certified(sweeper, certificate, triangle, hint); });
+                       [&](std::uint32_t hint) { return certified(sweeper, certificate, t, hint); });
   }
 
-  // Drops `triangle` of A if triangle `slot` of B alone shows that it is within the tolerance. Returns whether it did.
-  bool certified(Sweeper& sweeper, const Certificate& certificate, const Triangle& triangle, std::uint32_t slot) {
+  // Drops triangle t of A if triangle `slot` of B alone shows that it is within the tolerance. Returns whether it did.
+  bool certified(Sweeper& sweeper, const Certificate& certificate, std::uint32_t t, std::uint32_t slot) {
     const double upper = certificate(slot, sweeper.worker.work());
     if (upper > sweeper.worker.cull_within_tolerance()) return false;
-    sweeper.worker.drop(upper);
+    drop(sweeper, t, upper);
     sweeper.last = slot;
-    for (const std::uint32_t v : triangle) vertices_[v].suggest(slot);
+    for (const std::uint32_t v : search_.from().triangles[t]) vertices_[v].suggest(slot);
     return true;
+  }
+
+  void drop(Sweeper& sweeper, std::size_t t, double upper) {
+    sweeper.worker.drop(upper);
+    search_.note(t, upper);
+  }
+  void drop(Sweeper& sweeper, const Block& block) {
+    for (std::size_t t = block.begin; t < block.end; ++t) drop(sweeper, t, block.upper);
   }
 
   Corner measure(Sweeper& sweeper, std::uint32_t v, std::uint32_t triangle) {

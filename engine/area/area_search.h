@@ -17,6 +17,7 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/area.h"
@@ -39,10 +40,11 @@ struct AreaDirection {
   const Bvh& to;               // over to_mesh
   const Adjacency& adjacency;  // of to_mesh
   const Frame& frame;
-  const Options& options;  // areas, max_memory_bytes, max_work_items, thresholds
-  double most;             // upper bound of the distance of every point of `from`
-  double upper;            // the same in the meshes' unit
-  double error;            // as in PartBounder
+  const Options& options;         // areas, max_memory_bytes, max_work_items, thresholds
+  double most;                    // upper bound of the distance of every point of `from`
+  double upper;                   // the same in the meshes' unit
+  double error;                   // as in PartBounder
+  std::span<const float> bounds;  // MeasuredDirection::bounds
   ThreadPool& pool;
   Control& control;                   // polled every few milliseconds
   const std::function<void()>& tell;  // called between rounds, to report progress

@@ -59,8 +59,8 @@ auto searched(const MeasuredDirection& direction, const MeasuredPair& pair, cons
     const double error = pair.error.value() > 0 ? pair.frame.length_to_frame_up(pair.error.value()) : 0;
     const double most = pair.frame.length_to_frame_up(upper);
     if (!(most <= kLongest && error <= kLongest)) return nothing(AreaStop::precision_floor);
-    return search(
-        AreaDirection{*from, *to_mesh, *to, *adjacency, pair.frame, options, most, upper, error, pool, control, tell});
+    return search(AreaDirection{*from, *to_mesh, *to, *adjacency, pair.frame, options, most, upper, error,
+                                direction.bounds, pool, control, tell});
   } catch (const std::bad_alloc&) {
     return nothing(AreaStop::budget);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -17,7 +18,7 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kBlocksATask = 4;
-constexpr std::size_t kWorthASweep = 2;  // the sweep visits all triangles: one of so many has to be unknown
+constexpr std::size_t kWorthASweep = 16;  // the sweep looks at all blocks: one triangle of so many has to be unknown
 
 double gap_sq(const Box& a, const Box& b) {
   return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0.0).squaredNorm();
@@ -72,13 +73,14 @@ class PlaceFinder {
   PlaceFinder(const AreaDirection& in, double low, double high)
       : in_(in),
         slack_(rounding::upper_slack(in.to.residual(), 0) + in.error + 32 * rounding::kUnit),
+        given_low_(low),
         low_(low - slack_),
         high_(high + slack_) {
     places_.assign(in.from.triangles.size(), Place::unknown);
   }
 
   std::optional<LargeArray<Place>> run() {
-    if (!place_blocks()) return std::nullopt;
+    if (!place_known() || !place_blocks()) return std::nullopt;
     if (unknown_ * kWorthASweep >= places_.size() && low_ > 0 && !sweep_within()) return std::nullopt;
     return std::move(places_);
   }
@@ -95,6 +97,17 @@ class PlaceFinder {
     for (std::size_t t = begin; t < end; ++t) places_[t] = place;
   }
 
+  // By the bounds that the search for the largest distance has met.
+  bool place_known() {
+    if (in_.bounds.empty()) return true;
+    const double most = rounding::subtract_down(given_low_, in_.error);
+    bounds_.resize(places_.size());
+    return each_unless(stop_, places_.size(), [&](std::size_t t) {
+      bounds_[t] = in_.bounds[in_.from.original[t]];
+      if (static_cast<double>(bounds_[t]) <= most) places_[t] = Place::within;
+    });
+  }
+
   // With c the middle of a block's box and r half its diagonal: d(x,B) <= d(c,B) + r for its points x.
   bool place_blocks() {
     std::atomic<bool> stopped{false};
@@ -107,8 +120,12 @@ class PlaceFinder {
       Work work;
       for (std::size_t b = task * kBlocksATask; b < std::min(count, (task + 1) * kBlocksATask) && !stopped; ++b) {
         const std::size_t begin = b * size, end = std::min(begin + size, places_.size());
+        const auto open =
+            static_cast<std::size_t>(std::count(places_.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                places_.begin() + static_cast<std::ptrdiff_t>(end), Place::unknown));
+        if (open == 0) continue;
         const Box box = box_of(begin, end);
-        if (is_beyond(in_.to, box, high_, stop_)) {
+        if (open == end - begin && is_beyond(in_.to, box, high_, stop_)) {
           set(begin, end, Place::beyond);
           continue;
         }
@@ -120,8 +137,8 @@ class PlaceFinder {
           set(begin, end, Place::within);
           continue;
         }
-        unknown += end - begin;
-        if (found.distance <= high_) continue;
+        unknown += open;
+        if (open < end - begin || found.distance <= high_) continue;
         for (std::size_t few = begin; few < end; few += kLanes) {
           const std::size_t last = std::min(few + kLanes, end);
           if (!is_beyond(in_.to, box_of(few, last), high_, stop_)) continue;
@@ -138,10 +155,15 @@ class PlaceFinder {
   // nothing changes.
   bool sweep_within() {
     AreaMonitor monitor(in_.control);
+    bounds_.resize(places_.size(), std::numeric_limits<float>::infinity());
+    for (std::size_t t = 0; t < places_.size(); ++t) {
+      if (places_[t] != Place::unknown) bounds_[t] = 0;  // it needs no visit
+    }
     Goal goal;
     goal.cull_at = low_;
     Search search(in_.from.view(), in_.from.box, in_.to, goal, 0, monitor, in_.pool);
     search.set_options(in_.options);
+    search.set_known(bounds_);
     search.set_adjacency_source([this] { return &in_.adjacency; });
     search.take_adjacency();
     if (const auto why = sweep(search, in_.from, in_.to_mesh)) return *why == Stop::budget;
@@ -157,7 +179,8 @@ class PlaceFinder {
   const AreaDirection& in_;
   const Interrupted stop_ = [this] { return in_.control.check() != Interruption::none; };
   const double slack_;
-  const double low_, high_;
+  const double given_low_, low_, high_;
+  LargeArray<float> bounds_;  // by triangle of A; empty: none are known
   LargeArray<Place> places_;
   std::size_t unknown_ = 0;
 };
