@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kDiscardTime{5'000};  // for the rest of a body that was refused
 // Discarding a long rest costs more than a new connection, and most clients that are refused send no more of it.
 constexpr std::uint64_t kLongRest = std::uint64_t{256} << 10;
-constexpr milliseconds kRefusedPause{20};   // for the client to see the refusal
+constexpr milliseconds kRefusedPause{10};   // for the client to see the refusal
 constexpr milliseconds kLingerTime{1'000};  // for a client to close
 constexpr std::size_t kDiscardPiece = std::size_t{1} << 20;
 

@@ -21,9 +21,9 @@ constexpr EventLoop::Id kListener = 0, kInbox = 1;
 constexpr milliseconds kScanGap{20};    // between two looks at all deadlines: ten thousand take half a millisecond
 constexpr milliseconds kRetryGap{100};  // while no descriptor is left
 constexpr int kMostAccepted = 256;      // in one round, so that requests do not wait for a flood of connections
-// Under overload, that is, when so many requests are refused within the time, the next round begins later. So one
+// Under overload, that is, for 10 ms after so many requests were refused within 10 ms, each round begins later. So one
 // wake-up serves many requests, and the processor is left to those that were accepted.
-constexpr int kManyRefused = 16;
+constexpr int kManyRefused = 8;
 constexpr milliseconds kRefusedWithin{10};
 constexpr milliseconds kGather{2};
 
@@ -137,15 +137,19 @@ void EventLoop::run(Descriptor listener) {
     read_inbox();
     for (const Id id : soon) call(id, [](Source& source) { source.ready(); });
     if (const auto now = Clock::now(); now >= next_scan_) scan(now);
-    if (refused_ >= kManyRefused && !more) gather();
+    if (!more) gather();
   }
   listener_.close();
 }
 
 void EventLoop::gather() {
-  if (Clock::now() - gathered_ < kRefusedWithin) std::this_thread::sleep_for(kGather);
-  gathered_ = Clock::now();
-  refused_ = 0;
+  const auto now = Clock::now();
+  if (refused_ >= kManyRefused) {
+    if (now - counted_since_ < kRefusedWithin) overloaded_until_ = now + kRefusedWithin;
+    counted_since_ = now;
+    refused_ = 0;
+  }
+  if (now < overloaded_until_) std::this_thread::sleep_for(kGather);
 }
 
 int EventLoop::wait_ms(Clock::time_point now) const {

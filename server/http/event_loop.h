@@ -116,8 +116,8 @@ class EventLoop {
   Id last_id_;
   Clock::time_point next_scan_ = Clock::time_point::max();  // the earliest deadline, or later by kScanGap
   Clock::time_point last_scan_{};
-  int refused_ = 0;  // requests, since gathered_
-  Clock::time_point gathered_{};
+  int refused_ = 0;  // requests, since counted_since_
+  Clock::time_point counted_since_{}, overloaded_until_{};
   bool listening_ = false;  // false while no descriptor is left
   bool told_stop_ = false;
   bool told_abort_ = false;
