@@ -268,9 +268,9 @@ class Sweep {
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
     piece.upper = block_upper;
     const Certificate certificate(piece.corners, search_.to());
-    // No bound is within a limit (Goal::cull_at) that a corner is beyond.
-    const auto is_beyond = [&](std::uint32_t v) { return vertices_[v].distance() > worker.cull_within_tolerance(); };
-    if (std::any_of(triangle.begin(), triangle.end(), is_beyond)) return worker.push(piece);
+    // No bound is within it if a corner is beyond. Without it, every piece that waits has measured corners.
+    const auto limit = search_.goal().cull_at;
+    if (limit && is_beyond(vertices_, triangle, *limit)) return worker.push(piece);
     if (!guessed && culled_by_guess(sweeper, certificate, t)) return;
     // These two need no measured corners. Each is tried first if it has succeeded recently.
     const bool centroid_first = sweeper.centroids.promising();
@@ -279,7 +279,7 @@ class Sweep {
       return;
 
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(sweeper, triangle[i], t);
-    if (std::any_of(triangle.begin(), triangle.end(), is_beyond)) return worker.push(piece);
+    if (limit && is_beyond(vertices_, triangle, *limit)) return worker.push(piece);
     const std::array owners{piece.corners[0].slot, piece.corners[1].slot, piece.corners[2].slot};
     piece.upper =
         std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
