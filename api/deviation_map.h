@@ -5,6 +5,7 @@
 // No vertex shows what the baseline has and the candidate lacks; the witness does.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -70,6 +71,7 @@ inline constexpr MapFormat kMapFormats[] = {{MapKind::ply, "ply", "model/ply"},
                                             {MapKind::csv, "csv", "text/csv"}};
 
 constexpr const MapFormat& format_of(MapKind kind) { return kMapFormats[static_cast<std::size_t>(kind)]; }
+static_assert(std::ranges::all_of(kMapFormats, [](const auto& one) { return format_of(one.kind).kind == one.kind; }));
 // A GLB alone is for viewing: refined, or decimated (api/deviation_maker.h). The others have the candidate's vertices.
 constexpr bool is_for_viewing(MapKind kind) { return kind == MapKind::glb; }
 

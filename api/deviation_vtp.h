@@ -5,8 +5,7 @@
 //   distance         of each point, the computed distance
 //   signed_distance  with sides alone: DeviationMap::signed_distance()
 //   Normals          where they are asked for
-//   field data       limit | largest, lower, upper (not when it is infinite): as in api/deviation_glb.h; no_sides, a
-//   text, likewise
+//   field data       limit | largest, lower, upper (not when it is infinite) and no_sides: as in api/deviation_glb.h
 #pragma once
 
 #include <ostream>

@@ -102,7 +102,7 @@ test("plain colours are those of the PLY's distances, at every vertex that is se
 
 test("where sides are asked for, what lies inside is blue, what lies outside orange, and the scale says so", async () => {
   const walked = await measured("both.obj", "sphere.stl", { inside: "1", outside: "3" }), { walk, viewer, tab } = walked;
-  await tab.page.getByText(/distance to B,\s+outside of B,\s+inside of B/).waitFor();
+  await tab.page.getByText(/distance to B,\s+outside of B,\s+above 3,\s+inside of B,\s+above 1 /).waitFor();
   assert.equal(await tab.page.locator(".viewer-bar").getAttribute("viewBox"), "0 0 240 2");
   await plainColours(walk);
   const { position, target } = await cameraOf(viewer);
@@ -113,8 +113,10 @@ test("where sides are asked for, what lies inside is blue, what lies outside ora
     const signed = ply.signed[i], { x, y } = projected(camera, point);
     if (!(Math.abs(signed) > 0.7) || dot(normals[i], unit(minus(camera.position, point))) < 0.5) return;
     if ([marks.disc, marks.square].some((mark) => Math.hypot(x - mark.x, y - mark.y) < 14) || labels.some((box) => within(box, x, y))) return;
-    const [red, , blue] = image.at(Math.floor(x), Math.floor(y)), side = signed < 0 ? "inside" : "outside";
+    const beyond = signed < -1;  // in dark violet
+    const [red, green, blue] = image.at(Math.floor(x), Math.floor(y)), side = signed < 0 ? "inside" : "outside";
     assert.ok((signed < 0 ? blue - red : red - blue) > 30, `${side} by ${signed}: ${red}, ${blue}`);
+    assert.equal(beyond, signed < 0 && Math.max(red, green) < 70, `${signed}: ${red}, ${green}`);
     seen[side] += 1;
   });
   console.log(`${seen.inside} vertices inside, ${seen.outside} outside`);

@@ -54,6 +54,7 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
     const viewer = mountViewer(host, {
       ...maps,
       limit: result.gate?.max_distance ?? null,
+      ...(result.gate?.zone ? { zone: { inside: -result.gate.zone[0], outside: result.gate.zone[1] } } : {}),
       units: unitsOf(result),
       witnesses: witnessesOf(result),
     });

@@ -15,7 +15,11 @@ export const kSteps = 1024; // of the map; a share is rounded to the nearest one
 export interface ColourScale {
   top: number; // distance of the last colour, not negative
   limited: boolean; // `top` is a limit, and larger distances get kAboveLimit
+  zone?: Partial<Record<Path, number>>; // the limit of each side
 }
+
+// The distance above which a path has its last colour; infinite: none.
+export const limitOf = ({ top, limited, zone }: ColourScale, path: Path): number => Math.min(limited ? top : Infinity, zone?.[path] ?? Infinity);
 
 // A helix in OKLab; api/colour_map.cpp explains its numbers.
 function helix(share: number): [number, number, number] {
@@ -71,7 +75,7 @@ export function mapColour(share: number, path: Path = "plain"): Rgb {
 
 export function colourOf(distance: number, scale: ColourScale, path: Path = "plain"): Rgb {
   if (distance <= 0) return mapColour(0, path);
-  if (scale.limited && distance > scale.top) return aboveLimit(path);
+  if (distance > limitOf(scale, path)) return aboveLimit(path);
   return mapColour(distance / scale.top, path);
 }
 

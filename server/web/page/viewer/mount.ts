@@ -49,10 +49,11 @@ const kLight: Tones = { faded: [165, 168, 176], section: [222, 214, 200], tint: 
 const kDark: Tones = { faded: [74, 77, 86], section: [150, 142, 130], tint: [176, 192, 220], line: [235, 238, 245] };
 
 // The end of the colours: the limit, or the largest distance of both meshes.
-export function colourScaleOf({ a, b, limit }: ViewerInput, areas: Record<Side, AreaDistribution>): ColourScale {
-  if (limit !== null) return { top: limit, limited: true };
+export function colourScaleOf({ a, b, limit, zone }: ViewerInput, areas: Record<Side, AreaDistribution>): ColourScale {
+  const sides = zone ? { zone } : {};
+  if (limit !== null) return { top: limit, limited: true, ...sides };
   const largest = [a, b].map(({ scale }) => (scale && !scale.limited ? scale.top : 0));
-  return { top: Math.max(areas.a.largest, areas.b.largest, ...largest), limited: false };
+  return { top: Math.max(areas.a.largest, areas.b.largest, ...largest), limited: false, ...sides };
 }
 
 class Viewer {

@@ -1,6 +1,6 @@
 // The colour bar with its ticks and the limit, the histogram above it, and the brush over both.
 import { axisOf, binEdges, brushBetween, distanceAt, isWhole, moveEnd, placeOf, wholeBrush, type Axis, type Brush } from "./axis";
-import { colourOf, css, mapColour, ticks, type ColourScale, type Path } from "./colours";
+import { aboveLimit, colourOf, css, limitOf, mapColour, ticks, type ColourScale, type Path, type Rgb } from "./colours";
 import { AreaDistribution } from "./distribution";
 import { button, make, makeSvg } from "./dom";
 import { figure, percent, withUnits } from "./figures";
@@ -117,14 +117,19 @@ export class Scale {
     });
     const [one, two] = [nameOf(side), nameOf(other(side))];
     const [what, root] = this.areas[side].of === "area" ? ["Area of", "area"] : ["Points of", "number"];
-    const legend = paths.length > 1 ? paths.flatMap((path) => [", ", this.swatch(path), ` ${path} of ${two}`]) : [];
+    const legend = paths.length > 1 ? paths.flatMap((path) => [", ", ...this.legendOf(path, two)]) : [];
     this.caption.replaceChildren(`${what} ${one} by its distance to ${two}`, ...legend, ` (computed; heights by the square root of the ${root})`);
   }
 
-  private swatch(path: Path): HTMLElement {
-    const made = make("span", { class: "viewer-swatch" });
-    made.style.background = css(mapColour(1, path));
-    return made;
+  private legendOf(path: Path, of: string): (HTMLElement | string)[] {
+    const swatch = (colour: Rgb): HTMLElement => {
+      const made = make("span", { class: "viewer-swatch" });
+      made.style.background = css(colour);
+      return made;
+    };
+    const limit = limitOf(this.colours, path);
+    const above = limit < Infinity ? [", ", swatch(aboveLimit(path)), ` above ${withUnits(figure(limit), this.units)}`] : [];
+    return [swatch(mapColour(1, path)), ` ${path} of ${of}`, ...above];
   }
 
   private makeEnd(end: "from" | "to"): HTMLElement {

@@ -24,6 +24,7 @@ export interface ViewerInput {
   a: DeviationMap; // coloured by its distance to B
   b: DeviationMap; // coloured by its distance to A
   limit: number | null;
+  zone?: { inside: number; outside: number }; // limits of A on each side of B, not negative
   units: string;
   witnesses: Witness[]; // one per direction; the first belongs to the verdict
   up?: "y" | "z"; // the axis that points up in such files; z by default

@@ -62,8 +62,8 @@ vec3 lit(vec3 base) {
 export const kColouredFragment = /* glsl */ `
 uniform sampler2D table;
 uniform float top;
-uniform bool limited;
-uniform vec3 above[3];    // by row of the table
+uniform float limits[3];  // by row of the table
+uniform vec3 above[3];
 uniform vec3 section;
 #ifdef SIDES
 in float vSigned;
@@ -75,7 +75,7 @@ vec3 mapped() {
 #else
   int row = 0;
 #endif
-  if (limited && vDeviation > top && vDeviation > 0.0) return above[row];
+  if (vDeviation > limits[row] && vDeviation > 0.0) return above[row];
   float at = vDeviation <= 0.0 ? 0.0 : clamp(vDeviation / top, 0.0, 1.0) * float(STEPS) + 0.5;
   return texelFetch(table, ivec2(int(at), row), 0).rgb;
 }

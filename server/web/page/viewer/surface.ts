@@ -20,7 +20,7 @@ import {
   Vector4,
   type IUniform,
 } from "three";
-import { aboveLimit, colourTable, kPaths, kSteps, type ColourScale, type Rgb } from "./colours";
+import { aboveLimit, colourTable, kPaths, kSteps, limitOf, type ColourScale, type Rgb } from "./colours";
 import type { DeviationMap } from "./map";
 import { kCoarse, type Fineness } from "./pace";
 import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from "./shaders";
@@ -177,7 +177,7 @@ function uniformsFor(table: DataTexture, scale: ColourScale, outward: boolean): 
   return {
     table: { value: table },
     top: { value: scale.top },
-    limited: { value: scale.limited },
+    limits: { value: kPaths.map((path) => Math.min(limitOf(scale, path), 3e38)) }, // finite in single precision
     above: { value: kPaths.map((path) => share(aboveLimit(path))) },
     outward: { value: outward },
     clip: { value: new Vector4() },
