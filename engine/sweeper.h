@@ -38,8 +38,7 @@ class Vertex {
 
 // Whether a corner of the triangle is measured and beyond `limit`.
 inline bool is_beyond(std::span<const Vertex> vertices, const Triangle& triangle, double limit) {
-  return std::any_of(triangle.begin(), triangle.end(),
-                     [&](std::uint32_t v) { return vertices[v].distance() > limit; });
+  return std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return vertices[v].distance() > limit; });
 }
 
 // The recent success rate of a kind of attempt, to decide whether to try it.
