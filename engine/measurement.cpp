@@ -181,6 +181,9 @@ void Measurement::keep_bounds(const Search& search, const OrderedMesh& from, con
   const double left_out = rounding::add_up(direction.left_out, search.upper_slack());
   direction.bounds.assign(from.given, rounding::float_up(left_out));
   for (std::size_t t = 0; t < bounds.size(); ++t) direction.bounds[from.original[t]] = bounds[t];
+  if (!direction.first) return;
+  float& of_first = direction.bounds[from.original[*direction.first]];  // only a vertex of it may have been searched
+  of_first = std::max(of_first, rounding::float_up(left_out));
 }
 
 // Without the residual, which is that of a tree.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <deque>
 #include <utility>
 #include <vector>
@@ -123,7 +124,7 @@ class Sweep {
       known = std::max(known, search_.known(t));
     }
     block.upper = known;
-    block.bounded = known <= sweeper.worker.cull_within_tolerance();
+    block.bounded = std::isfinite(known) && known <= sweeper.worker.cull_within_tolerance();
     if (block.bounded) return;
     const auto first = static_cast<std::uint32_t>(block.begin);
     measure(sweeper, search_.from().triangles[first][0], first);

@@ -1,8 +1,12 @@
 // The front of strategy `auto`: pairs of which most is left out before anything is built.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+
+#include <Eigen/Geometry>
 
 #include "engine/certify.h"
 #include "engine/hausdorff.h"
@@ -208,6 +212,34 @@ TEST_CASE("front: far pairs: gates, kept meshes and interruptions") {
     const Outcome out = measure(mesh, other, precise(), control);
     CHECK(out.lower <= known.upper);
     CHECK(known.lower <= out.upper);
+  }
+}
+
+TEST_CASE("front: a triangle of which only a vertex is searched is not within what that vertex is") {
+  // Of the triangle 0 vertex v moves farthest, mostly along B; w moves less, and is farther from B.
+  constexpr std::uint32_t n = 16, w = 7 * (n + 1) + 7, v = w + 1;
+  Mesh b = shapes::moved(shapes::grid(n, n), {-8, -8, 0});
+  std::swap(b.triangles[0], b.triangles[2 * (7 * n + 7)]);
+  Mesh a = b;
+  a.positions[v] += Vec3(0.8, 0, 0.5);
+  a.positions[w] += Vec3(0, 0, 0.9);
+  constexpr double kLimit = 0.7;
+  double area = 0, beyond = 0;
+  for (const Triangle& t : a.triangles) {
+    std::array<Vec3, 3> p{a.positions[t[0]], a.positions[t[1]], a.positions[t[2]]};
+    std::sort(p.begin(), p.end(), [](const Vec3& x, const Vec3& y) { return x.z() > y.z(); });
+    const double here = (p[1] - p[0]).cross(p[2] - p[0]).norm() / 2, top = std::max(p[0].z() - kLimit, 0.0);
+    area += here;
+    if (top > 0) beyond += here * top / (p[0].z() - p[1].z()) * top / (p[0].z() - p[2].z());
+  }
+  for (const double tolerance : {0.6, 1e-3}) {
+    Options options = precise(Direction::a_to_b);
+    options.tolerance = {tolerance, std::nullopt, std::nullopt};
+    options.areas.emplace().share_tolerance = 1e-6;
+    options.areas->beyond.push_back({kLimit, {}});
+    const AreaInterval share = measured(a, b, options).areas->a_to_b->beyond[0];
+    CHECK(share.lower <= beyond / area);
+    CHECK(beyond / area <= share.upper);
   }
 }
 

@@ -95,3 +95,15 @@ TEST_CASE("an uncertainty moves the limit both ways, and what it leaves open end
     CHECK(decided.upper >= fine.lower);
   }
 }
+
+TEST_CASE("a limit or a tolerance that is infinite in the frame gives the interval of a smaller one") {
+  const double scale = 0x1p-1000;
+  const Mesh a = shapes::scaled(shapes::grid(8), scale), b = shapes::moved(a, Vec3(0.01, 0.02, 0.3) * scale);
+  Options options = within(1e-9 * scale);
+  options.max_distance = 100 * scale;
+  const Outcome known = outcome_of(a, b, options);
+  options.max_distance = 1e20;
+  CHECK(outcome_of(a, b, options).upper == known.upper);
+  options = within(1e20);
+  CHECK(outcome_of(a, b, options).upper == known.upper);
+}
