@@ -126,8 +126,7 @@ class Sweep {
     block.upper = known;
     block.bounded = std::isfinite(known) && known <= sweeper.worker.cull_within_tolerance();
     if (block.bounded) return;
-    const auto first = static_cast<std::uint32_t>(block.begin);
-    measure(sweeper, search_.from().triangles[first][0], first);
+    measure(sweeper, search_.from().triangles[block.begin][0], static_cast<std::uint32_t>(block.begin));
     const Vec3 centre = (box.low + box.high) * 0.5;
     Work& work = sweeper.worker.work();
     ++work.nearest_queries;

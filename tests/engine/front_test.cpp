@@ -216,7 +216,7 @@ TEST_CASE("front: far pairs: gates, kept meshes and interruptions") {
 }
 
 TEST_CASE("front: a triangle of which only a vertex is searched is not within what that vertex is") {
-  // Of the triangle 0 vertex v moves farthest, mostly along B; w moves less, and is farther from B.
+  // In triangle 0, vertex v moves farthest, mostly along B; w moves less, and is farther from B.
   constexpr std::uint32_t n = 16, w = 7 * (n + 1) + 7, v = w + 1;
   Mesh b = shapes::moved(shapes::grid(n, n), {-8, -8, 0});
   std::swap(b.triangles[0], b.triangles[2 * (7 * n + 7)]);
