@@ -261,10 +261,11 @@ std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
   constexpr int kBins = 128;
   std::array<double, kBins> sums{};
   std::vector<int> bins;
-  std::erase_if(open_, [&](const Part& part) {
-    if (!is_closed(part)) return false;
-    close(part);
-    return true;
+  std::erase_if(open_, [&](Part& part) {
+    if (part.is_open && are_shares_alone()) return false;
+    part.is_open = !is_closed(part);
+    if (!part.is_open) close(part);
+    return !part.is_open;
   });
   double total = 0;
   bins.reserve(open_.size());
@@ -304,6 +305,7 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
     for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
       Refined& refined = found[i];
       refined.first = open_[chosen[i]];
+      refined.first.is_open = false;
       const auto bound = [&](Part& part) {
         if (!bounders_[worker].bound_below(part, most_needed(part), works[worker], &stop_)) stopped = true;
       };

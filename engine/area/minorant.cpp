@@ -56,7 +56,7 @@ class Minorant {
     }
     const PreparedTriangle triangle = to_.prepared(slot);
     const Vec3 from = centre_ - closest_point(triangle, centre_);
-    if (attempt(from, corners, best)) return;
+    if (attempt(from, corners, best)) return share(from);
     Vec3 normal = triangle.e1.cross(triangle.e2);
     if (normal.dot(from) < 0) normal = -normal;
     if (attempt(normal, corners, best)) return;
@@ -91,20 +91,29 @@ class Minorant {
   void add_shared_directions(const std::array<Corner, 3>& corners) {
     Vec3 away = Vec3::Zero();
     for (std::size_t i = 0; i < 3; ++i) away += p_[i] - closest_point(to_.prepared(corners[i].slot), p_[i]);
-    const auto add_direction = [&](const Vec3& v) {
-      const auto n = direction_of(v.dot(away) < 0 ? Vec3(-v) : v);
-      if (!n) return;
-      for (int k = 0; k < 3; ++k) probe_.n[probe_.directions][k] = (*n)[k];
-      shared_[probe_.directions++] = {*n, heights(*n)};
-    };
+    const auto add_towards = [&](const Vec3& v) { add_direction(v.dot(away) < 0 ? Vec3(-v) : v); };
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t slot = corners[i].slot;
       if ((i > 0 && slot == corners[0].slot) || (i > 1 && slot == corners[1].slot)) continue;
       const PreparedTriangle owner = to_.prepared(slot);
-      add_direction(owner.e1.cross(owner.e2));
+      add_towards(owner.e1.cross(owner.e2));
     }
     add_direction(away);
-    add_direction((p_[1] - p_[0]).cross(p_[2] - p_[0]));
+    add_towards((p_[1] - p_[0]).cross(p_[2] - p_[0]));
+  }
+
+  // A direction that keeps one triangle often keeps its neighbours, too.
+  void share(const Vec3& v) {
+    if (probe_.directions == LowerProbe::kMaxDirections) return;
+    add_direction(v);
+    update();
+  }
+
+  void add_direction(const Vec3& v) {
+    const auto n = direction_of(v);
+    if (!n) return;
+    for (int k = 0; k < 3; ++k) probe_.n[probe_.directions][k] = (*n)[k];
+    shared_[probe_.directions++] = {*n, heights(*n)};
   }
 
   Linear heights(const Vec3& n) const { return {p_[0].dot(n), p_[1].dot(n), p_[2].dot(n)}; }

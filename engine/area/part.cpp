@@ -76,7 +76,9 @@ Linear PartBounder::high_of(const Part& part, Work& work) {
     if (sum(high) < sum(best)) best = high;
   }
   const double slack = slack_high(part.depth);
-  if (!is_within(best, slack, part, work)) tighten_by_overlay(part, best, work);
+  const double nearest = std::min({corners[0].distance, corners[1].distance, corners[2].distance});
+  const bool is_beyond = !limits_.empty() && nearest > limits_.back();  // so is any upper function
+  if (!is_beyond && !is_within(best, slack, part, work)) tighten_by_overlay(part, best, work);
   for (double& value : best) value += slack;
   return best;
 }

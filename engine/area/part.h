@@ -42,6 +42,7 @@ struct Part {
   bool has_low = false;     // enclosure.low is that of its own linear_minorant() or better
   bool is_cell = false;     // made by cells(), or a part of such a part
   bool has_failed = false;  // cells() has
+  bool is_open = false;     // the search has found that it needs more work
   bool is_rough = false;    // the corners' distances are those from the triangle of the cell: upper bounds
 };
 

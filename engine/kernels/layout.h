@@ -53,7 +53,7 @@ struct PointBlock {
 // What may lower a linear lower bound (engine/area/minorant.h): what is near the centre and, in each of the directions,
 // higher than its top.
 struct LowerProbe {
-  static constexpr std::size_t kMaxDirections = 5;
+  static constexpr std::size_t kMaxDirections = 8;
   double centre[3];
   double limit_sq;  // of the distance from the centre: far_limit()
   double n[kMaxDirections][3];

@@ -334,6 +334,23 @@ TEST_CASE("area: the certified bound of all distances decides a limit of the sam
   CHECK(from_a(a, plane(), everything({upper})).beyond[0].upper == 0);
 }
 
+TEST_CASE("area: a share leaves open what the input error does") {
+  const Mesh a = shapes::moved(shapes::grid(20), {0, 0, 0.1});
+  Options options;
+  options.direction = Direction::a_to_b;
+  for (const double limit : {0.095, 0.105}) {
+    CAPTURE(limit);
+    options.areas.emplace().beyond = {{limit, {}}};
+    Control control;
+    const auto moved = [](const Mesh& mesh) {
+      return Prepared(mesh, Prepared::Use::once, nullptr, std::nullopt, 0.004);
+    };
+    const AreaBounds found = *measure(moved(a), moved(plane()), options, control).areas->a_to_b;
+    CHECK(found.beyond[0].lower == 0);
+    CHECK(found.beyond[0].upper == 1);
+  }
+}
+
 TEST_CASE("area: where rounding may have moved a surface farther than it is wide, nothing is said of its areas") {
   const Mesh a{{{1e17, 1e17, 1e17}, {1e17, 1e17, 1e17}, {1e17, 1e17, 1e17}}, {{0, 1, 2}}};
   Options options;
