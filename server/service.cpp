@@ -1,7 +1,5 @@
 #include "server/service.h"
 
-#include "api/digest.h"
-#include "server/heap.h"
 #include "server/maps/spare_room.h"
 #include "server/memory_plan.h"
 #include "server/observe/log.h"
@@ -190,10 +188,7 @@ void Service::shutdown(const std::function<bool()>& give_up) {
 }
 
 Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
-  block_signals();
-  keep_heap_small(static_cast<unsigned>(settings.workers));
-  wait_for_memory();
-  api::set_up_digests();
+  set_up_process(settings);
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();

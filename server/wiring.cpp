@@ -7,7 +7,9 @@
 #include <cstring>
 
 #include "api/compare.h"
+#include "api/digest.h"
 #include "api/refused.h"
+#include "server/heap.h"
 #include "server/http/upload.h"
 #include "server/observe/log.h"
 
@@ -34,6 +36,14 @@ Signal meaning_of_hangup(const siginfo_t& info) {
 }
 
 }  // namespace
+
+void set_up_process(const Settings& settings) {
+  const sigset_t signals = awaited_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  keep_heap_small(static_cast<unsigned>(settings.workers));
+  wait_for_memory();
+  api::set_up_digests();
+}
 
 sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command) {
   sandbox::Bounds bounds;
@@ -145,11 +155,6 @@ void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_byt
   watch(Level::mesh_cache_bytes, [](const auto& counters) { return counters.bytes; });
   watch(Level::mesh_cache_meshes, [](const auto& counters) { return counters.meshes; });
   metrics.watch(Level::mesh_cache_limit_bytes, [max_bytes] { return static_cast<double>(max_bytes); });
-}
-
-void block_signals() {
-  const sigset_t signals = awaited_signals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
 Signal wait_for_signal(std::chrono::milliseconds time) {

@@ -1,5 +1,5 @@
-// Parts that `serve` and `worker` set up alike: the pool of reader processes, loading of meshes, the listening socket,
-// and signals.
+// Parts that `serve` and `worker` set up alike: the process, the pool of reader processes, loading of meshes, the
+// listening socket, and signals.
 #pragma once
 
 #include <chrono>
@@ -19,6 +19,10 @@
 #include "server/settings.h"
 
 namespace meshgauge::server {
+
+// Blocks signals in this thread and those it starts; sets up heap (server/heap.h) and digests. Call before any thread
+// starts.
+void set_up_process(const Settings& settings);
 
 // `command`: the command line of the spawner of reader processes, a program that calls sandbox::run_spawner().
 sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command);
@@ -54,7 +58,6 @@ void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_byt
 
 // end: SIGTERM, SIGINT, or SIGHUP because the terminal was closed. reload: any other SIGHUP.
 enum class Signal { none, end, reload };
-void block_signals();  // in this thread and those it starts; call before any thread starts
 Signal wait_for_signal(std::chrono::milliseconds time);  // blocks until a signal or the end of `time`, under a second
 
 }  // namespace meshgauge::server

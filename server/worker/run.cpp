@@ -13,7 +13,6 @@
 #include "api/refused.h"
 #include "server/access/entrance.h"
 #include "server/handlers/readiness.h"
-#include "server/heap.h"
 #include "server/jobs/upkeep.h"
 #include "server/memory_plan.h"
 #include "server/observe/log.h"
@@ -102,10 +101,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
         "a worker needs a --database that it shares with front ends (MESHGAUGE_DATABASE); without one "
         "`meshgauge serve` does all by itself");
   }
-  block_signals();
-  keep_heap_small(static_cast<unsigned>(settings.workers));
-  wait_for_memory();
-  api::set_up_digests();
+  set_up_process(settings);
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
