@@ -168,6 +168,8 @@ MUTATIONS = [
      "direction.bounds.assign(from.given, rounding::float_up(left_out));", "direction.bounds.assign(from.given, 0 * rounding::float_up(left_out));"),
     ("areas: the input error does not count for bounds of the search", "engine/area/places.cpp",
      "rounding::subtract_down(given_low_, in_.error)", "given_low_"),
+    ("areas: a triangle of which only a vertex was searched counts as searched", "engine/measurement.cpp",
+     "  of_first = std::max(of_first, rounding::float_up(left_out));\n", "  static_cast<void>(of_first);\n"),
     ("areas: a block that the search drops counts as within", "engine/sweep.cpp", "drop(sweeper, t, block.upper);", "drop(sweeper, t, 0 * block.upper);"),
     # sides
     ("sides: a ray passes what lies behind its start", "engine/area/winding.cpp", "  if ((towards > 0) != ray.up) return 0;\n", ""),
