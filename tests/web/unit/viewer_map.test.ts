@@ -4,6 +4,7 @@ import test from "node:test";
 import { AreaDistribution } from "../../../server/web/page/viewer/distribution";
 import { parseMap } from "../../../server/web/page/viewer/map";
 import { notesOf } from "../../../server/web/page/viewer/notes";
+import { shownAt } from "../../../server/web/page/viewer/settings";
 import { coarsened } from "../../../server/web/page/viewer/shape";
 
 type Fields = Record<string, unknown>;
@@ -79,6 +80,15 @@ test("a map has sides, or says why it has none", async () => {
   assert.equal(without.noSides, "the baseline is open: here");
   const input = { a: without, b: without, limit: null, units: "mm", witnesses: [] };
   assert.ok(notesOf(input).includes("A has no sides of B: B is open: here."));
+});
+
+test("a point has a side only where the corners of its triangle prove one", async () => {
+  const middle = { triangle: 0, weights: [0.25, 0.25, 0.5] as [number, number, number] };
+  const at = async (sides?: number[]): Promise<unknown> => shownAt(await parseMap(glb({ distances: [1, 1, 1], ...(sides ? { sides } : {}) })), middle);
+  assert.deepEqual(await at([0, 0, 0]), { distance: 1, path: "outside", proved: false });
+  assert.deepEqual(await at([1, 1, 1]), { distance: 1, path: "outside", proved: true });
+  assert.deepEqual(await at([1, 0, -1]), { distance: 1, path: "inside", proved: true });
+  assert.deepEqual(await at(), { distance: 1, path: "plain", proved: false });
 });
 
 test("a map of points is a cloud", async () => {

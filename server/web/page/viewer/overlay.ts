@@ -1,10 +1,10 @@
 // The layer over the canvas: the witness's label, captions of the parts, the distance under the pointer.
 import { rayThrough } from "./camera";
-import { colourOf, css, type ColourScale, type Path } from "./colours";
+import { colourOf, css, type ColourScale } from "./colours";
 import { make } from "./dom";
 import { figure, withUnits } from "./figures";
 import { labelPlace } from "./label_place";
-import { nameOf, other } from "./settings";
+import { nameOf, other, type Shown } from "./settings";
 import type { LabelPlace, Stage } from "./stage";
 
 const kHoverTriangles = 400_000; // with more, the distance is shown on a click
@@ -42,7 +42,7 @@ export class Overlay {
       const picked = this.pick(event.clientX, event.clientY);
       this.readout.hidden = picked === undefined;
       if (!picked) return;
-      const way = picked.path === "plain" || picked.distance === 0 ? "from" : `${picked.path} of`;
+      const way = picked.proved ? `${picked.path} of` : "from";
       const text = `${withUnits(figure(picked.distance, 3), units)} ${way} ${nameOf(other(picked.side))}`;
       this.swatch.style.background = css(colourOf(picked.distance, colours, picked.path));
       this.readoutText.textContent = text;
@@ -57,7 +57,7 @@ export class Overlay {
     canvas.addEventListener("pointerleave", () => (this.readout.hidden = true));
   }
 
-  private pick(x: number, y: number): { distance: number; path: Path; side: "a" | "b" } | undefined {
+  private pick(x: number, y: number): (Shown & { side: "a" | "b" }) | undefined {
     const part = this.stage.viewports().find(({ rect }) => x >= rect.left && x < rect.left + rect.width);
     if (!part) return undefined;
     const picked = this.stage.pick(rayThrough(this.stage.camera(), x, y, part.rect), part.side);

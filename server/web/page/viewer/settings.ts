@@ -10,6 +10,20 @@ export const nameOf = (side: Side): string => side.toUpperCase();
 // The paths of colours that the map is drawn by.
 export const pathsOf = (map: Pick<DeviationMap, "sides">): readonly Path[] => (map.sides ? ["outside", "inside"] : ["plain"]);
 
+// What is drawn at a point of a mesh.
+export interface Shown {
+  distance: number;
+  path: Path; // "outside" also where no side is proved
+  proved: boolean; // so is the side
+}
+
+// `weights`: of the triangle's corners.
+export function shownAt({ sides, distances, indices }: Pick<DeviationMap, "sides" | "distances" | "indices">, { triangle, weights }: { triangle: number; weights: Vec3 }): Shown {
+  const sum = (value: (vertex: number) => number): number => weights.reduce((all, w, k) => all + w * value(indices[3 * triangle + k]!), 0);
+  const signed = sum((v) => (sides?.[v] ?? 0) * distances[v]!);
+  return { distance: sum((v) => distances[v]!), path: !sides ? "plain" : signed < 0 ? "inside" : "outside", proved: signed !== 0 };
+}
+
 export interface Witness {
   from: Side;
   point: Vec3;

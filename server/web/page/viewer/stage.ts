@@ -2,14 +2,14 @@
 // on its own and gets at most one frame at a time, so that input never waits behind pictures.
 import { PerspectiveCamera, Scene, Vector2, Vector4, WebGLRenderer } from "three";
 import { axesOf, nearFar, type CameraState, type Rect } from "./camera";
-import type { ColourScale, Path } from "./colours";
+import type { ColourScale } from "./colours";
 import { Eye } from "./eye";
 import { FrameClock } from "./frame_clock";
 import { hiddenBy, Marks, type MarkPlace } from "./marks";
 import { Pace, type Fineness } from "./pace";
 import { Refiner, type PartToDraw } from "./refiner";
 import { Rays } from "./rays";
-import { nameOf, other, type Settings, type Side, type Store, type ViewerInput } from "./settings";
+import { nameOf, other, shownAt, type Settings, type Shown, type Side, type Store, type ViewerInput } from "./settings";
 import { boundsOf, reachOf, unionOf } from "./shape";
 import { makeTable, Surface, type Tones } from "./surface";
 import { add, dot, mix, scale, sub, type Vec3 } from "./vec";
@@ -149,17 +149,12 @@ export class Stage {
     return !hiddenBy(blocked, eye, point, slack);
   }
 
-  // Returns the distance at the first point of the coloured mesh that a ray from the eye meets, and by which colours it is drawn.
-  pick(direction: Vec3, side: Side): { distance: number; path: Path } | undefined {
+  // Returns what is drawn at the first point of the coloured mesh that a ray from the eye meets.
+  pick(direction: Vec3, side: Side): Shown | undefined {
     const map = this.input[side];
     const eye = sub(this.eye.pose().position, map.translation);
     const hit = this.rays[side].first(eye, direction, 0, Infinity, (p) => this.keeps(add(p, map.translation)));
-    if (!hit || !this.store.value.shown[side]) return undefined;
-    const { sides, distances, indices } = map;
-    const sum = (value: (vertex: number) => number): number => hit.weights.reduce((all, w, k) => all + w * value(indices[3 * hit.triangle + k]!), 0);
-    const distance = sum((v) => distances[v]!);
-    if (!sides) return { distance, path: "plain" };
-    return { distance, path: sum((v) => sides[v]! * distances[v]!) < 0 ? "inside" : "outside" };
+    return hit && this.store.value.shown[side] ? shownAt(map, hit) : undefined;
   }
 
   // Draws in full now, so that the canvas can be copied in the same task.
