@@ -1,5 +1,6 @@
 #include "api/formats/xml.h"
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
@@ -47,10 +48,27 @@ void* counted_realloc(void* block, std::size_t bytes) {
 
 // Returns a different seed each time, so that no document can be crafted whose names all collide. expat itself would
 // need a system call.
-unsigned long unforeseen(const void* address) {
+std::uint64_t unforeseen(const void* address) {
   const auto now = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
   return ((now ^ reinterpret_cast<std::uintptr_t>(address)) * 0x9E3779B97F4A7C15U) | 1U;
 }
+
+// expat 2.8 takes a salt of 16 bytes, and 2.9 has these numbers in 64 bits; the names before are deprecated then.
+#if XML_MAJOR_VERSION == 2 && XML_MINOR_VERSION < 8
+void set_salt(XML_Parser parser, std::uint64_t salt) { XML_SetHashSalt(parser, salt); }
+#else
+void set_salt(XML_Parser parser, std::uint64_t salt) {
+  const std::array<std::uint64_t, 2> bytes{salt, ~salt};
+  XML_SetHashSalt16Bytes(parser, reinterpret_cast<const std::uint8_t*>(bytes.data()));
+}
+#endif
+#if XML_MAJOR_VERSION == 2 && XML_MINOR_VERSION < 9
+std::uint64_t line_of(XML_Parser parser) { return XML_GetCurrentLineNumber(parser); }
+std::int64_t byte_of(XML_Parser parser) { return XML_GetCurrentByteIndex(parser); }
+#else
+std::uint64_t line_of(XML_Parser parser) { return XML_GetCurrentLineNumber64(parser); }
+std::int64_t byte_of(XML_Parser parser) { return XML_GetCurrentByteIndex64(parser); }
+#endif
 
 class XmlReader {
  public:
@@ -93,7 +111,7 @@ class XmlReader {
   const std::string& name_;
   XmlHandler& handler_;
   std::unique_ptr<std::remove_pointer_t<XML_Parser>, Free> parser_;
-  XML_Index fed_ = 0;
+  std::int64_t fed_ = 0;
   int depth_ = 0;
   std::optional<XmlDefect> defect_;
   bool no_memory_ = false;
@@ -105,7 +123,7 @@ XmlReader::XmlReader(const Source& source, const std::string& name, XmlHandler& 
   constexpr XML_Memory_Handling_Suite kMemory{counted_malloc, counted_realloc, counted_free};
   parser_.reset(XML_ParserCreate_MM(nullptr, &kMemory, kSeparator));
   if (!parser_) throw std::bad_alloc();
-  XML_SetHashSalt(parser_.get(), unforeseen(this));
+  set_salt(parser_.get(), unforeseen(this));
   XML_SetUserData(parser_.get(), this);
   XML_SetElementHandler(parser_.get(), on_start, on_end);
   XML_SetStartNamespaceDeclHandler(parser_.get(), on_prefix);
@@ -159,7 +177,7 @@ std::optional<XmlDefect> XmlReader::start(const char* name, const char** attribu
 }
 
 Error XmlReader::here(ErrorCode code, const std::string& what) const {
-  const std::string line = ", line " + std::to_string(XML_GetCurrentLineNumber(parser_.get()));
+  const std::string line = ", line " + std::to_string(line_of(parser_.get()));
   return at(source_, printable(name_, 100) + line, code, what);
 }
 
@@ -172,12 +190,12 @@ Error XmlReader::fault() const {
 }
 
 std::optional<Error> XmlReader::feed(std::string_view piece, bool is_last) {
-  fed_ += static_cast<XML_Index>(piece.size());
+  fed_ += static_cast<std::int64_t>(piece.size());
   const XML_Status status = XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), is_last ? 1 : 0);
   if (no_memory_) return out_of_memory(source_.part);
   if (defect_) return here(defect_->code, defect_->what);
   if (status != XML_STATUS_OK) return fault();
-  const XML_Index reached = XML_GetCurrentByteIndex(parser_.get());
+  const std::int64_t reached = byte_of(parser_.get());
   if (reached >= 0 && !is_last && fed_ - reached > kLongestTag) {
     return here(ErrorCode::too_large, "a tag or a comment of more than 1 MiB");
   }
