@@ -70,6 +70,9 @@ fuzz::Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   areas.length_tolerance = dice.power(-3, -1);
   asked.options.areas = areas;
   if (dice.chance(0.1)) asked.cancel_at = 1 + dice.below(400);
+  if (dice.chance(0.3)) asked.options.tolerance.absolute = upper * dice.unit();
+  if (dice.chance(0.3)) asked.options.max_distance = upper * dice.uniform(0.1, 1.5);
+  asked.options.narrow = dice.chance(0.3);
   return asked;
 }
 
