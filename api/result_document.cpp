@@ -99,9 +99,10 @@ KnownUnit known_unit(const Json& document, const char* pointer) {
   if (!document.contains(at) || !document.at(at).is_object()) return known;
   const Json& json = document.at(at);
   const auto named = [&](const char* key, const auto& all, auto& out) {
-    const auto text = json.find(key);
-    if (text == json.end() || !text->is_string()) return;
-    const auto found = std::find_if(std::begin(all), std::end(all), [&](auto one) { return to_string(one) == *text; });
+    const auto value = json.find(key);
+    if (value == json.end() || !value->is_string()) return;
+    const auto& text = value->template get_ref<const std::string&>();
+    const auto found = std::find_if(std::begin(all), std::end(all), [&](auto one) { return to_string(one) == text; });
     if (found != std::end(all)) out = *found;
   };
   static constexpr UnitSource kSources[] = {UnitSource::file, UnitSource::declared, UnitSource::assumed};

@@ -328,6 +328,7 @@ class Accept(unittest.TestCase):
     def descriptors(self, server):
         return len(os.listdir(f"/proc/{server.process.pid}/fd"))
 
+    @unittest.skipIf(os.environ.get("MESHGAUGE_SANITIZED"), "UBSan takes an object for invalid when no descriptor is left")
     def test_no_descriptors_left(self):
         server = Server("--head-timeout-ms", "600000", "--workers", "2", "--parsers", "2")
         self.assertEqual(server.compare().status, 200)
