@@ -261,12 +261,12 @@ std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
   constexpr int kBins = 128;
   std::array<double, kBins> sums{};
   std::vector<int> bins;
-  std::erase_if(open_, [&](Part& part) {
-    if (part.is_open && are_shares_alone()) return false;
+  for (Part& part : open_) {
+    if (part.is_open && are_shares_alone()) continue;
     part.is_open = !is_closed(part);
     if (!part.is_open) close(part);
-    return !part.is_open;
-  });
+  }
+  std::erase_if(open_, [](const Part& part) { return !part.is_open; });
   double total = 0;
   bins.reserve(open_.size());
   each_unless(stop_, open_.size(), [&](std::size_t i) {

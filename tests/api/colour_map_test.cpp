@@ -149,7 +149,7 @@ TEST_CASE("the page has the same colours and ticks") {
   for (std::size_t i = 0; i <= 256; ++i) {
     CHECK(hex(api::map_colour(static_cast<double>(i) / 256)) == colours.substr(6 * i, 6));
   }
-  CHECK(hex(api::kAboveLimit) == reference["above"]);
+  CHECK(hex(api::kAboveLimit) == reference["above"].get<std::string>());
   REQUIRE(reference["ticks"].size() >= 10);
   for (const auto& row : reference["ticks"]) {
     CHECK(values(api::legend_ticks({row["top"].get<double>(), true})) == row["values"].get<std::vector<double>>());

@@ -68,9 +68,7 @@ class Same(ServerCase):
         cls.folder.cleanup()
         super().tearDownClass()
 
-    # How far an interval is narrowed depends on the time that it took.
     def gate(self, name, candidate, baseline, **more):
-        more.setdefault("narrow", False)
         return gate(name, self.files[candidate], self.files[baseline], **more)
 
     def both(self, gates):
