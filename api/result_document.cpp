@@ -125,9 +125,9 @@ Result<ResultFacts> result_facts(const Json& document, Side candidate) try {
 }
 
 std::string sides_refused(const Json& sides) {
-  const Json& refused = sides.at("refused");
-  if (refused.is_null()) return "";
-  auto why = refused.at("detail").get<std::string>();
+  const auto refused = sides.find("refused");
+  if (refused == sides.end() || refused->is_null()) return "";
+  auto why = refused->at("detail").get<std::string>();
   if (why.starts_with("mesh b")) why.replace(0, 6, "the baseline");
   return why;
 }
