@@ -39,7 +39,7 @@ TEST_CASE("lazy map: after an error or an exception the next caller tries again"
   LazyMap<int> map;
   Control control;
   CHECK_FALSE(map.get("x", control, []() -> Result<int> { return kError; }).ok());
-  CHECK_THROWS(static_cast<void>(map.get("x", control, []() -> Result<int> { throw std::runtime_error("thrown"); })));
+  CHECK_THROWS((void)map.get("x", control, []() -> Result<int> { throw std::runtime_error("thrown"); }));
   const auto found = map.get("x", control, []() -> Result<int> { return 5; });
   REQUIRE(found.ok());
   CHECK(*found == 5);
