@@ -31,6 +31,11 @@ class SearchWorker {
     search_.raise_lower(corner.distance);
   }
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+  // Drops a triangle of A, and notes the bound: Search::note().
+  void drop(std::size_t triangle, double upper) {
+    drop(upper);
+    search_.note(triangle, upper);
+  }
   // Drops a piece whose bound is above the tolerance but which rounding does not let resolve any further.
   void cull_unresolved(double upper) {
     unresolved_ = std::max(unresolved_, upper);

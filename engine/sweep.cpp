@@ -66,7 +66,7 @@ class Sweep {
       if (search_.over_budget()) return give_up(Stop::budget);
       if (blocks_[begin].upper <= search_.cull_within_tolerance()) {
         search_.drop(blocks_[begin].upper);
-        for (; begin < blocks_.size(); ++begin) drop(sweepers_[0], blocks_[begin]);
+        for (; begin < blocks_.size(); ++begin) note(blocks_[begin]);
         break;
       }
       if (overlay_pays(probed)) adopt_overlay();
@@ -208,13 +208,15 @@ class Sweep {
   void visit(Sweeper& sweeper, Block& block) {
     if (block.visited) return;
     if (block.upper <= search_.cull_within_tolerance()) {
-      drop(sweeper, block);
+      sweeper.worker.drop(block.upper);
+      note(block);
     } else {
       const std::size_t pieces = sweeper.worker.waiting();
       sweeper.left.clear();
       for (std::size_t t = block.begin; t < block.end; ++t) {
         const double known = search_.known(t);
-        if (known > sweeper.worker.cull_within_tolerance()) sweeper.left.push_back(static_cast<std::uint32_t>(t));
+        known > sweeper.worker.cull_within_tolerance() ? sweeper.left.push_back(static_cast<std::uint32_t>(t))
+                                                       : sweeper.worker.drop(known);
       }
       const bool guessed = patched(sweeper);
       for (const std::uint32_t t : sweeper.left) {
@@ -244,7 +246,7 @@ class Sweep {
         sweeper.left[kept++] = t;
         continue;
       }
-      drop(sweeper, t, bounds[i].upper);
+      sweeper.worker.drop(t, bounds[i].upper);
       for (const std::uint32_t v : search_.from().triangles[t]) vertices_[v].suggest(bounds[i].under);
     }
     sweeper.left.resize(kept);
@@ -283,7 +285,7 @@ class Sweep {
     const std::array owners{piece.corners[0].slot, piece.corners[1].slot, piece.corners[2].slot};
     piece.upper =
         std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
-    if (piece.upper <= worker.cull_within_tolerance()) return drop(sweeper, t, piece.upper);
+    if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(t, piece.upper);
     if (overlaid(sweeper, piece, owners)) return;
     if (!centroid_first && !piece.overlay_failed && sweeper.centroids.possible() &&
         owned_by_centroid(sweeper, piece, certificate))
@@ -301,7 +303,7 @@ class Sweep {
             .slot;
     piece.upper = std::min(piece.upper, certificate(sweeper.last, worker.work()));
     const bool culled = piece.upper <= worker.cull_within_tolerance();
-    if (culled) drop(sweeper, piece.triangle, piece.upper);
+    if (culled) sweeper.worker.drop(piece.triangle, piece.upper);
     sweeper.centroids.note(culled);
     return culled;
   }
@@ -314,7 +316,7 @@ class Sweep {
     const Overlay::Attempt attempt = sweeper.overlay->attempt(piece, starts, limit, kMaxVisits, worker.work());
     piece.overlay_failed = attempt.started && !attempt.upper;
     if (attempt.started) sweeper.overlays.note(attempt.upper.has_value());
-    if (attempt.upper) drop(sweeper, piece.triangle, *attempt.upper);
+    if (attempt.upper) sweeper.worker.drop(piece.triangle, *attempt.upper);
     return attempt.upper.has_value();
   }
 
@@ -352,18 +354,14 @@ class Sweep {
   bool certified(Sweeper& sweeper, const Certificate& certificate, std::uint32_t t, std::uint32_t slot) {
     const double upper = certificate(slot, sweeper.worker.work());
     if (upper > sweeper.worker.cull_within_tolerance()) return false;
-    drop(sweeper, t, upper);
+    sweeper.worker.drop(t, upper);
     sweeper.last = slot;
     for (const std::uint32_t v : search_.from().triangles[t]) vertices_[v].suggest(slot);
     return true;
   }
 
-  void drop(Sweeper& sweeper, std::size_t t, double upper) {
-    sweeper.worker.drop(upper);
-    search_.note(t, upper);
-  }
-  void drop(Sweeper& sweeper, const Block& block) {
-    for (std::size_t t = block.begin; t < block.end; ++t) drop(sweeper, t, block.upper);
+  void note(const Block& block) {
+    for (std::size_t t = block.begin; t < block.end; ++t) search_.note(t, block.upper);
   }
 
   Corner measure(Sweeper& sweeper, std::uint32_t v, std::uint32_t triangle) {

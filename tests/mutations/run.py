@@ -54,7 +54,8 @@ MUTATIONS = [
     # culling and accounting
     ("the cull loses the bounds that it drops", "engine/search.h",
      "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
-    ("the bound that the overlay could not resolve is lost", "engine/search_worker.h", "    drop(upper);\n", "    (void)upper;\n"),
+    ("the bound that the overlay could not resolve is lost", "engine/search_worker.h",
+     "    unresolved_ = std::max(unresolved_, upper);\n    drop(upper);\n", "    unresolved_ = std::max(unresolved_, upper);\n"),
     ("a worker loses the bounds that it drops", "engine/search_worker.h",
      "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
     ("the bounds that a worker dropped are lost in absorb()", "engine/search.cpp", "  drop(worker.dropped_);\n", ""),
@@ -172,7 +173,7 @@ MUTATIONS = [
      "rounding::subtract_down(given_low_, in_.error)", "given_low_"),
     ("areas: a triangle of which only a vertex was searched counts as searched", "engine/measurement.cpp",
      "  of_first = std::max(of_first, rounding::float_up(left_out));\n", "  static_cast<void>(of_first);\n"),
-    ("areas: a block that the search drops counts as within", "engine/sweep.cpp", "drop(sweeper, t, block.upper);", "drop(sweeper, t, 0 * block.upper);"),
+    ("areas: a block that the search drops counts as within", "engine/sweep.cpp", "search_.note(t, block.upper);", "search_.note(t, 0 * block.upper);"),
     # sides
     ("sides: a ray passes what lies behind its start", "engine/area/winding.cpp", "  if ((towards > 0) != ray.up) return 0;\n", ""),
     ("sides: a passing has no direction", "engine/area/winding.cpp", "return ray.up ? least : -least;", "return least * least;"),
