@@ -1,52 +1,41 @@
-// Tightness: how much a strategy's bound loses because it uses few triangles of B. For the evaluation of strategies,
-// not for measurements. The paper's eq. 13 treats the same question; the definition is this project's own.
+// Tightness: by how much a strategy's bound exceeds the distance that it bounds, the paper's eq. 13. For the evaluation of
+// strategies, not for measurements.
 //
-// Definition. For a piece P let f(T) = max over corners v of d(v,T). Every strategy's bound is the minimum of f over
-// its candidates L (eq. 8). Its tightness is
+// Definition. For a triangle S of A and an upper bound U of h(S,B):  tau = (U - h(S,B)) / h(S,B). Smaller is tighter.
 //
-//   ( min of f over ALL triangles of B ) / ( min of f over L ),   and 1 where both are 0.
+// Statement, in exact arithmetic, for one S:
+//  1. tau >= 0, because U >= h(S,B).
+//  2. tau of n_point never rises from a stencil to the next. Cutting a triangle uniformly keeps its corners, and its
+//     centroid becomes that of the middle part, so each stencil holds the samples of the one before; the minimum over
+//     more owners is not larger.
+//  3. triangle_set has the least tau of all: its bound is the least of eq. 8 over all triangles of B. Its L holds every
+//     T with d(S,T) <= c, where c = max over corners v of d(v,T') for some T' of B; the T* that attains the least has
+//     d(S,T*) <= max over v of d(v,T*) <= c.
 //
-// Statement. It lies in [0,1]; 1 means that L loses nothing. More candidates never lower it.
-// Proof. L is a subset of B's triangles: the numerator, the minimum over a larger set, is not above the denominator,
-// and is 0 where the denominator is. Enlarging L can only lower the denominator.
-//
-// For whole triangles S of A it follows:
-//
-//  1. triangle_set has tightness 1. Its L holds every T with d(S,T) <= c, where c = min of f over some triangles. The
-//     T* that attains the numerator has d(S,T*) <= f(T*) <= c.
-//
-//  2. The tightness of n_point never falls from a stencil to the next: cutting a triangle uniformly keeps its corners,
-//     and its centroid becomes that of the middle part; so each stencil holds the samples of the one before.
-//
-//  3. 0 is possible, but only where B overlaps itself: P lies in one triangle of B, other triangles own all samples.
-//
-// Rounding. Both minima are of the same computed f(T), so the ratio is never above 1. A bound within rounding of 0, at
-// most rounding::kDistanceSlack + B's residual, counts as 0. Equidistant owners of a sample, and triangles of
-// triangle_set within kSetMargin of c, can make 1 and 2 fail, which hold in exact arithmetic.
+// Rounding: U is computed without slack, and equidistant owners of a sample and triangles within kSetMargin of c may be
+// missed, so 1 to 3 hold to within some 1e-15 of the unit frame, and what h is known to.
 #pragma once
 
-#include <numeric>
-#include <vector>
-
-#include "engine/bounds/piece.h"
-#include "engine/rounding.h"
+#include "engine/hausdorff.h"
 
 namespace meshgauge {
 
-// Returns the minimum of f over all triangles of B, by brute force. Computed without slack, like every bound.
-inline double best_upper(const Piece& piece, const Bvh& target) {
-  // Uses the function of the strategies, so that the same triangle has the same computed value.
-  std::vector<std::uint32_t> all(target.mesh().triangles.size());
-  std::iota(all.begin(), all.end(), 0U);
-  Work uncounted;
-  return least_farthest(piece, target, all, uncounted);
+inline constexpr double kTightnessError = 1e-9;  // of h, as in the paper; unit frame
+
+// Returns h(triangle of `a`, B) to within kTightnessError, by subdivision. Precondition: the meshes are in the unit frame.
+inline double distance_by_subdivision(const Mesh& a, std::uint32_t triangle, const Mesh& b) {
+  Mesh one;
+  for (const std::uint32_t corner : a.triangles[triangle]) one.positions.push_back(a.positions[corner]);
+  one.triangles.push_back({0, 1, 2});
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.tolerance = {kTightnessError, std::nullopt, std::nullopt};
+  Control control;
+  const Outcome found = measure(one, b, options, control);
+  return (found.lower + found.upper) / 2;
 }
 
-// Returns the tightness of `upper`, a bound from PieceBound::upper(). `best`: best_upper(). Both are >= 0 and in the
-// unit frame.
-inline double tightness(double best, double upper, const Bvh& target) {
-  if (upper <= rounding::kDistanceSlack + target.residual()) return 1;
-  return best / upper;
-}
+// Precondition: h > 0.
+inline double tightness(double upper, double h) { return (upper - h) / h; }
 
 }  // namespace meshgauge

@@ -15,12 +15,11 @@ namespace {
 struct Measured : PatientSearch {
   using PatientSearch::PatientSearch;
 
-  double of(PieceBound&& bound, const Piece& p) { return tightness(best_upper(p, to), bound.upper(p), to); }
-  double of_four_point(const Piece& p) { return of(FourPoint(to, search.work()), p); }
-  double of_n_point(int points, const Piece& p) {
-    return of(NPoint(to, stencil_level(points).value(), search.work()), p);
+  double four_point(const Piece& p) { return FourPoint(to, search.work()).upper(p); }
+  double n_point(int points, const Piece& p) {
+    return NPoint(to, stencil_level(points).value(), search.work()).upper(p);
   }
-  double of_triangle_set(const Piece& p) { return of(TriangleSet(search), p); }
+  double triangle_set(const Piece& p) { return TriangleSet(search).upper(p); }
 };
 
 // Adds a triangle that stands on its tip: the tip is its nearest point for every point above the tip.
@@ -44,83 +43,58 @@ Measured lid_and_spikes() {
 TEST_CASE("tightness of a constructed pair: the spikes hide the lid from four points, not from ten") {
   Measured f = lid_and_spikes();
   const Piece piece = f.piece();
-  CHECK(best_upper(piece, f.to) == doctest::Approx(0.25).epsilon(1e-14));
+  const double h = distance_by_subdivision(f.a, 0, f.b);
+  CHECK(h == doctest::Approx(0.25).epsilon(1e-8));  // between two spikes the lid is nearest
   // The best candidate of the four points is the spike of the centroid, sqrt(5)/3 from the farther corners.
   const double four = std::sqrt(5.0 / 9 + 1.0 / 64);
-  CHECK(FourPoint(f.to, f.search.work()).upper(piece) == doctest::Approx(four).epsilon(1e-14));
-  CHECK(f.of_four_point(piece) == doctest::Approx(0.25 / four).epsilon(1e-14));
-  CHECK(f.of_n_point(4, piece) == f.of_four_point(piece));
-  CHECK(f.of_n_point(10, piece) == 1);
-  CHECK(f.of_triangle_set(piece) == 1);
+  CHECK(f.four_point(piece) == doctest::Approx(four).epsilon(1e-14));
+  CHECK(tightness(f.four_point(piece), h) == doctest::Approx(four / 0.25 - 1).epsilon(1e-7));
+  CHECK(f.n_point(4, piece) == f.four_point(piece));
+  CHECK(std::abs(tightness(f.n_point(10, piece), h)) < 1e-7);
+  CHECK(std::abs(tightness(f.triangle_set(piece), h)) < 1e-7);
 }
 
-TEST_CASE("best_upper is the minimum over all triangles by brute force") {
-  std::mt19937_64 random(21);
-  for (int round = 0; round < 30; ++round) {
-    Measured f(shapes::scaled(shapes::soup(2, random), 0.4), shapes::soup(50, random));
-    const Piece piece = f.piece(1);
-    const MeshView b = f.b;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::uint32_t t = 0; t < 50; ++t) {
-      const PreparedTriangle triangle = prepare(b.corner(t, 0), b.corner(t, 1), b.corner(t, 2)).triangle;
-      double farthest = 0;
-      for (const Corner& corner : piece.corners) farthest = std::max(farthest, distance(triangle, corner.point));
-      least = std::min(least, farthest);
-    }
-    CHECK(best_upper(piece, f.to) == doctest::Approx(least).epsilon(1e-14));
-  }
+TEST_CASE("the distance by subdivision is that of the best triangle of B where there is one, and of the vertices") {
+  const Mesh b = shapes::triangle({-9, -9, 0}, {9, -9, 0}, {0, 9, 0});
+  Mesh a = shapes::triangle({0, 0, 0.1}, {1, 0, 0.2}, {0, 1, 0.7});
+  CHECK(std::abs(distance_by_subdivision(a, 0, b) - 0.7) <= kTightnessError);
+  // Two parallel sheets: the point of A that is farthest from both is inside.
+  Mesh sheets = shapes::triangle({-9, -9, 0}, {9, -9, 0}, {0, 9, 0});
+  sheets.positions.insert(sheets.positions.end(), {{-9, -9, 1}, {9, -9, 1}, {0, 9, 1}});
+  sheets.triangles.push_back({3, 4, 5});
+  a = shapes::triangle({0, 0, 0}, {0.5, 0, 0}, {0, 0.5, 0.875});
+  CHECK(std::abs(distance_by_subdivision(a, 0, sheets) - 0.5) <= kTightnessError);
 }
 
-TEST_CASE("tightness is in 0 to 1, never falls from stencil to stencil, and is 1 for triangle_set") {
+TEST_CASE("tightness: no bound is below h, none rises from stencil to stencil, triangle_set's is the least of all") {
   std::mt19937_64 random(22);
   int loose = 0, gained = 0;
   for (int round = 0; round < 80; ++round) {
     Measured f(shapes::scaled(shapes::soup(4, random), round % 2 ? 0.5 : 0.05), shapes::soup(60, random));
+    const MeshView b = f.b;
     for (std::uint32_t t = 0; t < 4; ++t) {
       const Piece piece = f.piece(t);
-      CHECK(f.of_triangle_set(piece) == 1);
-      double before = f.of_four_point(piece);
-      CHECK(before > 0);
-      loose += before < 1;
+      const double h = distance_by_subdivision(f.a, t, f.b), set = f.triangle_set(piece);
+      double least = std::numeric_limits<double>::infinity();
+      for (std::uint32_t k = 0; k < 60; ++k) {
+        const PreparedTriangle triangle = prepare(b.corner(k, 0), b.corner(k, 1), b.corner(k, 2)).triangle;
+        double farthest = 0;
+        for (const Corner& corner : piece.corners) farthest = std::max(farthest, distance(triangle, corner.point));
+        least = std::min(least, farthest);
+      }
+      CHECK(set == doctest::Approx(least).epsilon(1e-14));
+      CHECK(set >= h - kTightnessError);
+      double before = f.four_point(piece);
+      loose += before > set;
       for (const int points : {4, 10, 31, 109, 409}) {
-        const double ratio = f.of_n_point(points, piece);
-        CHECK(ratio >= before);
-        CHECK(ratio <= 1);
-        gained += ratio > before;
-        before = ratio;
+        const double upper = f.n_point(points, piece);
+        CHECK(upper <= before);
+        CHECK(upper >= set);
+        gained += upper < before;
+        before = upper;
       }
     }
   }
   CHECK(loose > 30);
   CHECK(gained > 30);
-}
-
-TEST_CASE("tightness on a closed surface, where triangles share the points nearest to samples") {
-  std::mt19937_64 random(23);
-  Measured f(shapes::scaled(shapes::soup(200, random), 0.5), shapes::sphere(8, 0.5));
-  std::array<double, 4> sums{};
-  for (std::uint32_t t = 0; t < 200; ++t) {
-    const Piece piece = f.piece(t);
-    CHECK(f.of_triangle_set(piece) == 1);
-    for (std::size_t level = 0; level < sums.size(); ++level) {
-      const double ratio = f.of_n_point(std::array{4, 10, 31, 109}[level], piece);
-      CHECK(ratio > 0);
-      CHECK(ratio <= 1);
-      sums[level] += ratio;
-    }
-  }
-  CHECK(std::is_sorted(sums.begin(), sums.end()));
-  CHECK(sums.front() < 199);
-}
-
-TEST_CASE("tightness is 1 for a bound within rounding of 0") {
-  Measured same(shapes::sphere(6), shapes::sphere(6));
-  for (std::uint32_t t = 0; t < same.a.triangles.size(); ++t) {
-    const Piece piece = same.piece(t);
-    CHECK(same.of_four_point(piece) == 1);
-    CHECK(same.of_triangle_set(piece) == 1);
-  }
-  CHECK(tightness(0, 0, same.to) == 1);
-  CHECK(tightness(0, 0x1p-51, same.to) == 1);
-  CHECK(tightness(0, 0.5, same.to) == 0);
 }
