@@ -11,7 +11,7 @@ import sys
 import tempfile
 import unittest
 
-from harness import campaign, contenders, meshes, page, pairs, plan, results, rivals, store, tables, targets
+from harness import campaign, contenders, meshes, page, paper, pairs, plan, results, rivals, store, tables, targets
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ.get("MESHGAUGE_BUILD", HERE.parents[1] / "build"))
@@ -108,7 +108,7 @@ class Reduced(unittest.TestCase):
         self.assertEqual(ratios.values, {"a": 8, "b": 2, "c": 0.5})
         self.assertAlmostEqual(ratios.geometric_mean(), 2)
         self.assertEqual((ratios.median(), ratios.least(), ratios.most()), (2, ("c", 0.5), ("a", 8)))
-        self.assertEqual((ratios.below(1), ratios.winnings()), ([(0.5, "c")], 0.75))
+        self.assertEqual((ratios.below(1), ratios.winnings()), ([(0.5, "c")], 2 / 3))
 
     def test_targets_losses_and_failures_are_named(self):
         found = self.results()
@@ -151,12 +151,72 @@ class Reduced(unittest.TestCase):
             for pair in ("half/a", "remesh/b_ftet", "remesh/c_iso")
             for name, seconds in (("four_point", 1.0), ("triangle_set", 3.0))
         ]
-        table = tables.table1(results.Results(runs))
+        table = paper.table1(results.Results(runs))
         self.assertIn("| decimated | 0.001 of the unit, 180 s | 1 | 100 % / 97.65 % |", table)
         self.assertIn("| tetwild | 0.001 of the unit, 180 s | 1 |", table)
         self.assertIn("3.00x / 27.5x", table)
         self.assertEqual(len(table.splitlines()), 4)
         self.assertEqual(plan.paper_kind("remesh/tw107100_sf_iso"), "")
+
+
+    def test_pairs_by_rank(self):
+        runs = []
+        for k in range(25):
+            pair = dict(experiment="paper", pair=f"half/{k}", tolerance=1e-3, vertices_a=1000.0 - k)
+            runs += [row(contender="four_point", **pair), row(contender="triangle_set", seconds=k + 1.0, **pair)]
+        ratios = paper.speedups(results.Results(runs), "paper", 1e-3)["decimated"]
+        points, groups = paper.by_rank(ratios)
+        self.assertEqual((points[0], points[-1]), ((1, 25.0), (25, 1.0)))  # sorted by vertices
+        self.assertEqual((len(groups), groups[0]), (10, (1.5, 24.5)))
+
+    def test_tightness(self):
+        names = ("pair", "strategy", "points", "mean_tightness", "median_tightness", "seconds_per_bound")
+        rows = [
+            dict(zip(names, values))
+            for values in (
+                (plan.TIGHTNESS_PAIR, "n_point", "4", "8", "7", "1e-6"),
+                (plan.TIGHTNESS_PAIR, "n_point", "10", "6", "5", "3e-6"),
+                (plan.TIGHTNESS_PAIR, "triangle_set", "", "5", "4", "9e-6"),
+                ("a", "n_point", "4", "1", "2", "1e-6"),
+            )
+        ]
+        table = paper.tightness(rows)
+        self.assertIn("| res/hand_dec4 | `4-point` | 8.00 | 1.00 µs |", table)
+        self.assertIn("| other pairs | `4-point` | 2.00 |", table)
+        self.assertIn("res/hand_dec4: -1 a microsecond, -0.001 a nanosecond", table)
+
+    def test_stages_of_a_series(self):
+        runs = [
+            row(experiment="placement", pair="place/x_d0.01", at=0.01, contender=name, survivors=500.0)
+            for name in ("four_point", "triangle_set")
+        ] + [row(experiment="placement", pair="place/x_d0", contender="four_point", status="timeout", seconds=None)]
+        table = paper.stage_table(results.Results(runs), "placement")
+        self.assertIn("| x | 0.01 | 250 ms + 250 ms | 1.00 s | 75 % | 250 ms + 250 ms | 1.00 s | 75 % |", table)
+        self.assertIn("| x | 0 | – | timeout | – | – | – | – |", table)
+
+    def test_sentences(self):
+        run = row(contender="four_point", queries=30.0, cache_hits=10.0, subdivisions=4.0)
+        self.assertIn("4 subdivisions, 30 queries, and\n10 points (25 % of all)", paper.sharing(results.Results([run])))
+        micro = {"benchmarks": [{"name": "distance_point_triangle", "real_time": 10.0}]}
+        self.assertIn("No figures", paper.distances(micro))
+        micro["benchmarks"].append({"name": "distance_triangle_triangle", "real_time": 80.0})
+        self.assertIn("8.00x", paper.distances(micro))
+
+    def test_published_codes_and_samplers(self):
+        runs = [
+            row(kind="smooth"),
+            row(kind="smooth", contender="x", seconds=30.0),
+            row(kind="smooth", contender="y", seconds=10.0),
+            row(kind="smooth", contender="z", status="timeout", seconds=None),
+            row(kind="smooth", contender="s", status="sampled", seconds=5.0, lower=0.9, upper=None),
+        ]
+        found = results.Results(runs)
+        self.assertEqual(found.published(), ["x", "y", "z"])
+        self.assertEqual(found.over_published(1e-4).values, {"p": 10})
+        self.assertIn("kind smooth, geometric mean | ≥ 20x | 10.0x | **missed**", targets.table(found))
+        self.assertIn("over the fastest of `x`, `y`, `z`", tables.by_kind(found))
+        self.assertIn("samples of `s` | 0.0001 | 1 of 1 | 5.00x | 5.00x | 10 % | 10 % |", tables.samples(found))
+        self.assertNotIn("`s`", tables.finished(found))
 
 
 class Rivals(Folder):
@@ -170,6 +230,8 @@ class Rivals(Folder):
         good = {"status": "converged", "lower": 1, "upper": 2, "user_s": 0.5}
         self.assertEqual(rivals.outcome(json.dumps(good), 3.0)["seconds"], 0.5)
         self.assertEqual(rivals.outcome('{"status": "timeout"}', 3.0), {"status": "timeout"})
+        sampled = rivals.outcome('{"status": "sampled", "lower": 1, "user_s": 0.5}', 3.0)
+        self.assertEqual((sampled["lower"], sampled["upper"]), (1, None))
         for wrong in ("", "[]", "{}", json.dumps(good | {"upper": "x"}), json.dumps(good | {"lower": math.nan})):
             with self.assertRaises((ValueError, KeyError, TypeError)):
                 rivals.outcome(wrong, 3.0)

@@ -135,7 +135,7 @@ def run(args, out):
     runs.open()
     facts = side.session_facts()
     runs.add_session(facts)
-    made = pairs.Made(args.build / "bench/meshes")
+    made = pairs.Made(args.build / "bench/meshes", programs.obj_files)
     chosen = chosen_pairs(args, made, profile)
     measured = campaign.Campaign(runs, programs, limits, args.repetitions or (1 if args.quick else 3), facts["session"])
     schedule = plan.Plan(profile, chosen, made, chosen_contenders(args, programs), side.cores(), runs)
@@ -143,7 +143,7 @@ def run(args, out):
         if experiment == "tightness":
             small = [
                 pair
-                for pair in chosen
+                for pair in sorted(chosen, key=lambda pair: pair.name != plan.TIGHTNESS_PAIR)
                 if pair.a.stat().st_size + pair.b.stat().st_size <= profile.most_bytes_of_tightness
             ]
             side.measure_tightness(programs, small, out, profile.tightness_sample)

@@ -4,8 +4,8 @@
 //
 // Takes N triangles of A (1000 by default, or all if there are fewer), evenly spread over the file's order, and bounds
 // the distance of each from B. Triangles nearer to B than 1e-6 of the unit frame are left out: there
-// the error of h is more than 0.1 % of it. Prints CSV: a line of names, then one line for each stencil of n_point and one
-// for triangle_set.
+// the error of h is more than 0.1 % of it. Prints CSV: a line of names, then one line for each stencil of n_point and
+// one for triangle_set.
 //
 //   pair              NAME; by default the files' names without extensions, "bunny-bunny_half"
 //   strategy          n_point (with 4 points it is four_point) or triangle_set

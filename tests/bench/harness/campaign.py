@@ -38,14 +38,14 @@ class Campaign:
         if repetition not in known and not self._is_spared(job, known):
             known[repetition] = self.store.add({**identity, **self._measure(job), "repetition": repetition})
             ran = True
-        if job.series and any(row["status"] not in contenders.FINISHED for row in known.values()):
+        if job.series and not all(map(_is_done, known.values())):
             self.failed.add((job.series, job.contender))
         return ran
 
     def _is_spared(self, job, known):
         if (job.series, job.contender) in self.failed:
             return True
-        return any(row["status"] not in contenders.FINISHED or row["seconds"] > SLOW_SECONDS for row in known.values())
+        return any(not _is_done(row) or row["seconds"] > SLOW_SECONDS for row in known.values())
 
     def _identity(self, job):
         return {
@@ -80,6 +80,10 @@ class Campaign:
         )
         row.update(contenders.outcome(job, self.programs, stdout, stderr, report))
         return row
+
+
+def _is_done(row):
+    return row["status"] in (*contenders.FINISHED, contenders.SAMPLED)
 
 
 def launch(programs, command, limits):

@@ -13,6 +13,7 @@ import re
 from . import rivals
 
 FINISHED = ("converged", "precision_floor", "gate_decided")
+SAMPLED = "sampled"  # a rival's largest of some samples: a time and a lower bound
 STAGES = ("build", "traverse", "reduce", "certify")
 _NAME = re.compile(r"(?P<strategy>[a-z_]+)(?:@(?P<threads>\d+))?(?:\+(?P<simd>[a-z0-9_]+))?")
 
@@ -165,8 +166,10 @@ def _of_meshgauge(answer):
         "verdict": answer["verdict"] or "",
         "triangles_a": meshes["a"]["triangles"],
         "triangles_b": meshes["b"]["triangles"],
+        "vertices_a": meshes["a"]["vertices"],
         "survivors": directed["culling"]["survivors"],
         "queries": directed["work"]["nearest_queries"],
+        "cache_hits": directed["work"]["cache_hits"],
         "subdivisions": directed["work"]["subdivisions"],
         "threads": engine["threads"],
         "simd": engine["simd"],

@@ -69,6 +69,18 @@ def moved(mesh, part_of_diagonal):
 # --- files ---
 
 
+def read_obj(path):
+    """Of lines `v x y z` and `f a b c` alone, as bench_as_obj writes them."""
+    points, faces = [], []
+    for line in path.read_text().splitlines():
+        what, *numbers = line.split()
+        if what == "v":
+            points.append(tuple(map(float, numbers)))
+        elif what == "f":
+            faces.append(tuple(int(number) - 1 for number in numbers))
+    return points, faces
+
+
 def _ply(points, faces):
     head = (
         "ply\nformat binary_little_endian 1.0\n"

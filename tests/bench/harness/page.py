@@ -5,10 +5,11 @@
     <!-- end -->
 """
 import csv
+import math
 import re
 import sys
 
-from . import series_tables, side, store, tables, targets
+from . import paper, series_tables, side, store, tables, targets
 from .results import Results
 
 MARKED = re.compile(r"(<!-- figures: (\w+) -->\n)(?:(?!<!--).)*(<!-- end -->)", re.DOTALL)
@@ -28,7 +29,11 @@ def fragments(results, folder, sessions, record=None):
             "by_kind": tables.by_kind,
             "losses": tables.losses,
             "failures": tables.failures,
-            "table1": tables.table1,
+            "samples": tables.samples,
+            "table1": paper.table1,
+            "placement": lambda results: paper.stage_table(results, "placement"),
+            "resolution": lambda results: paper.stage_table(results, "resolution"),
+            "sharing": paper.sharing,
             "gate": series_tables.gate,
             "growth": series_tables.growth,
             "zero": series_tables.zero,
@@ -40,6 +45,8 @@ def fragments(results, folder, sessions, record=None):
     made["rivals_by_kind"] = lambda: record.by_kind() if record else NO_RECORD
     made["machine"] = lambda: tables.machine(results, sessions)
     made["micro"] = lambda: series_tables.micro(side.micro_report(folder))
+    made["distances"] = lambda: paper.distances(side.micro_report(folder))
+    made["tightness"] = lambda: paper.tightness(side.tightness_rows(folder))
     return made
 
 
@@ -88,6 +95,11 @@ RESULT_COLUMNS = (
     "peak_bytes",
     "triangles_a",
     "triangles_b",
+    "survivors",
+    "culling",
+    "queries",
+    "cache_hits",
+    "subdivisions",
     "lower",
     "upper",
     "threads",
@@ -95,18 +107,23 @@ RESULT_COLUMNS = (
 )
 
 
+# Columns of more than four digits.
+_WHOLE = ("lower", "upper", "peak_bytes", "triangles_a", "triangles_b", "survivors", "queries", "cache_hits", "subdivisions")
+
+
 def _write_results(results, path):
     """Every result, its times to four digits; runs.csv, where the runs are, has all."""
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, RESULT_COLUMNS, lineterminator="\n", extrasaction="ignore")
         writer.writeheader()
-        for by_name in results.cases.values():
+        for by_name in [*results.cases.values(), *results.samplers.values()]:
             for result in by_name.values():
                 row = result.best | {
                     "status": result.status,
                     "repetitions": len(result.rows),
                     "peak_bytes": result.peak_bytes(),
                     "spread": result.spread if result.finished else None,
+                    "culling": None if math.isnan(result.culling()) else result.culling(),
                 }
                 writer.writerow({name: _short(name, row[name]) for name in RESULT_COLUMNS})
 
@@ -114,7 +131,7 @@ def _write_results(results, path):
 def _short(name, value):
     return (
         f"{value:.12g}"
-        if name in ("lower", "upper", "peak_bytes", "triangles_a", "triangles_b") and value is not None
+        if name in _WHOLE and value is not None
         else f"{value:.4g}"
         if isinstance(value, float)
         else value

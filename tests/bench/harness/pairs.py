@@ -93,8 +93,8 @@ def in_folder(folder, made):
 class Made:
     """Pairs of made meshes, written on first use and kept."""
 
-    def __init__(self, folder):
-        self.folder = folder
+    def __init__(self, folder, obj_files):
+        self.folder, self.obj_files = folder, obj_files
 
     def _file(self, name, make):
         path = self.folder / name
@@ -126,6 +126,16 @@ class Made:
             f"torus_{triangles}_moved_{displacement:g}.ply", lambda: meshes.moved(meshes.torus(triangles), displacement)
         )
         return Pair(f"made/torus_d{displacement:g}", "placement", self.torus(triangles), b, displacement)
+
+    def moved(self, name, mesh, displacement):
+        """A mesh of a file against itself, displaced."""
+        b = mesh
+        if displacement:
+            b = self._file(
+                f"{content_hash(mesh)}_moved_{displacement:g}.obj",
+                lambda: meshes.moved(meshes.read_obj(self.obj_files.of(mesh)), displacement),
+            )
+        return Pair(f"place/{name}_d{displacement:g}", "placement", mesh, b, displacement)
 
     def resolution(self, triangles_a, triangles_b):
         return Pair(

@@ -4,8 +4,10 @@ An experiment is planned when its turn comes, so that it can use what earlier on
 """
 import dataclasses
 import fnmatch
+import re
 
 from .contenders import FINISHED, Job
+from .pairs import Pair
 
 # name: what it shows
 EXPERIMENTS = {
@@ -16,10 +18,13 @@ EXPERIMENTS = {
     "zero": "h = 0: identical and re-triangulated meshes",
     "tolerance": "time against tolerance",
     "threads": "time against threads",
-    "placement": "a mesh against itself, displaced",
-    "resolution": "one mesh against others of all resolutions",
+    "placement": "the paper's Figure 8: a mesh against itself, displaced",
+    "resolution": "the paper's Figure 9: meshes of all resolutions against the finest",
     "reading": "end to end on large files of every format",
 }
+
+
+TIGHTNESS_PAIR = "res/hand_dec4"  # the pair of the paper's Figure 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,7 +38,7 @@ class Profile:
     paper_tolerance: float = 1e-3  # of the files' unit
     paper_seconds: float = 180
     tolerance_size: int = 32_000
-    displacements: tuple = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.03, 0.05, 0.07, 0.09, 0.3, 1.0)
+    displacements: tuple = (0.0, *(k / 100 for k in range(1, 10)))
     placement_size: int = 32_000
     resolutions: tuple = tuple(1000 * 2**k for k in range(8))
     resolution_of: int = 128_000
@@ -71,6 +76,12 @@ def paper_kind(name):
     return "tetwild" if rest.endswith("_ftet") or rest == "tw107100-tw107100_sf" else ""
 
 
+def model(name):
+    """The model that a pair of kind "resolution" decimates, and how often: ("hand", 2); (None, 0): none."""
+    found = re.fullmatch(r"(?:.*/)?(.+)_dec(\d+)", name)
+    return (found[1], int(found[2])) if found else (None, 0)
+
+
 class Plan:
     def __init__(self, profile, pairs, made, names, cores, runs):
         """`names`: the contenders; `runs`: the store, of what is known already."""
@@ -101,13 +112,16 @@ class Plan:
     def _pairs(self):
         return self._series("pairs", self.pairs, self.profile.tolerances, self.names, series=False)
 
+    def of_paper(self):
+        """The contenders of the paper's figures: its two methods, and `auto` beside them."""
+        return [name for name in ("four_point", "triangle_set", "auto") if name in self.names]
+
     def _paper(self):
         """The paper's pairs are decimated meshes and surfaces of TetWild's tetrahedral meshes."""
         return [
             [
                 Job("paper", pair, name, self.profile.paper_tolerance, absolute=True, seconds=self.profile.paper_seconds)
-                for name in ("four_point", "triangle_set", "auto")
-                if name in self.names
+                for name in self.of_paper()
             ]
             for pair in self.pairs
             if paper_kind(pair.name)
@@ -167,13 +181,22 @@ class Plan:
         pairs += [pair for pair in self.pairs if any(fnmatch.fnmatch(pair.name, glob) for glob in large)]
         return self._series("threads", pairs, [1e-6], names, series=False)
 
+    def _models(self):
+        """{name: file} of the meshes that the corpus has in many resolutions, as the paper's Table 2 has."""
+        found = {model(pair.name)[0]: pair.b for pair in self.pairs if pair.kind == "resolution"}
+        return {name: mesh for name, mesh in found.items() if name}
+
     def _placement(self):
-        pairs = [self.made.placed(self.profile.placement_size, d) for d in self.profile.displacements]
-        return self._series("placement", pairs, [1e-4], series=False)
+        far = self.profile.displacements
+        pairs = [self.made.moved(name, mesh, d) for name, mesh in self._models().items() for d in far]
+        pairs = pairs or [self.made.placed(self.profile.placement_size, d) for d in far]
+        return self._series("placement", pairs, [1e-4], self.of_paper(), series=False)
 
     def _resolution(self):
-        pairs = [self.made.resolution(n, self.profile.resolution_of) for n in self.profile.resolutions]
-        return self._series("resolution", pairs, [1e-4], series=False)
+        pairs = [Pair("res/" + name, "resolution", mesh, mesh) for name, mesh in self._models().items()]
+        pairs += [pair for pair in self.pairs if pair.kind == "resolution" and model(pair.name)[0]]
+        pairs = pairs or [self.made.resolution(n, self.profile.resolution_of) for n in self.profile.resolutions]
+        return self._series("resolution", pairs, [1e-4], self.of_paper(), series=False)
 
     def _reading(self):
         pairs = [self.made.in_format(self.profile.reading_size, suffix) for suffix in self.profile.reading_formats]

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import statistics
 
-from .contenders import FINISHED, STAGES
+from .contenders import FINISHED, SAMPLED, STAGES, STRATEGIES
 
 
 @dataclasses.dataclass
@@ -39,6 +39,11 @@ class Result:
     def stages(self):
         return [self.best[stage] for stage in STAGES]
 
+    def culling(self):
+        """The share of A's triangles that the traversal culls; nan: the contender does not say."""
+        survivors, count = self.best["survivors"], self.best["triangles_a"]
+        return math.nan if survivors is None or not count else 1 - survivors / count
+
     def is_wrong(self, certified=None):
         """Whether the interval is none, or does not meet the reference's, without one that of `certified`, a result: then
         one of them is wrong."""
@@ -69,10 +74,16 @@ def select(rows):
     return dict(found)
 
 
+def fastest(results):
+    """Of several contenders on a pair: the fastest that finishes, or else one that does not. None: there are none."""
+    return min(results, key=lambda result: result.seconds if result.finished else math.inf, default=None)
+
+
 class Results:
     def __init__(self, rows):
         self.rows = rows
-        self.cases = select(rows)
+        self.cases = select([row for row in rows if row["status"] != SAMPLED])
+        self.samplers = select([row for row in rows if row["status"] == SAMPLED])
 
     def of(self, experiment, tolerance=None):
         """[(pair, tolerance, gate, {contender: Result})]"""
@@ -92,14 +103,28 @@ class Results:
             names, key=lambda name: (order.index(name.split("@")[0]) if name.split("@")[0] in order else 99, name)
         )
 
-    def ratios(self, experiment, tolerance, fast, slow):
+    def ratios(self, experiment, tolerance, fast, slow, kind=None):
         return Ratios(
             [
                 (pair, by_name[fast], by_name[slow])
                 for pair, _, _, by_name in self.of(experiment, tolerance)
-                if fast in by_name and slow in by_name
+                if fast in by_name and slow in by_name and kind in (None, by_name[fast]["kind"])
             ]
         )
+
+    def published(self):
+        """The rivals that took part beside CGAL."""
+        return [name for name in self.contenders() if name.partition("@")[0].partition("+")[0] not in (*STRATEGIES, "cgal")]
+
+    def over_published(self, tolerance, kind=None):
+        """Speed-ups of `auto` over the fastest of published() on each pair."""
+        names = self.published()
+        found = [
+            (pair, by_name["auto"], fastest(by_name[name] for name in names if name in by_name))
+            for pair, _, _, by_name in self.of("pairs", tolerance)
+            if "auto" in by_name and kind in (None, by_name["auto"]["kind"])
+        ]
+        return Ratios([case for case in found if case[2]])
 
 
 def triangles(by_name):
@@ -148,11 +173,8 @@ class Ratios:
         return max(self.values.items(), key=lambda item: item[1])
 
     def winnings(self):
-        """The share of the pairs that `fast` wins, of those that either finishes. A contender that finishes alone wins."""
-        wins = sum(value > 1 for value in self.values.values())
-        alone = [(fast.finished, slow.finished) for _, fast, slow in self.triples]
-        only_fast, either = alone.count((True, False)), sum(a or b for a, b in alone)
-        return (wins + only_fast) / either if either else math.nan
+        """The share of the pairs that `fast` wins, of those that both finish, as in the paper."""
+        return sum(value > 1 for value in self.values.values()) / len(self.values) if self.values else math.nan
 
     def below(self, ratio):
         return sorted((value, pair) for pair, value in self.values.items() if value < ratio)

@@ -5,8 +5,9 @@ for, a length in the files' unit, and the seconds after which it is to give up. 
 
     {"status": "converged", "lower": 0.0101, "upper": 0.0102, "user_s": 0.12}
 
-`user_s` is the time of the one call, its trees included, reading left out; another `status` (timeout, memory, error) needs
-no numbers. An interval that does not meet the reference's or auto's is reported as wrong.
+`user_s` is the time of the one call, its trees included, reading left out. A program that samples says `sampled` and leaves
+`upper` out. Any other `status` (timeout, memory, error) needs no numbers. An interval that does not meet the reference's or
+auto's is reported as wrong.
 """
 import collections
 import dataclasses
@@ -81,16 +82,17 @@ def outcome(stdout, diagonal):
     status = answer["status"] if isinstance(answer, dict) else None
     if not isinstance(status, str) or not re.fullmatch(r"[a-z_-]+", status):
         raise ValueError("no status")
-    if status != "converged":
+    if status not in ("converged", "sampled"):
         return {"status": status}
-    seconds, lower, upper = (float(answer[name]) for name in ("user_s", "lower", "upper"))
-    if not all(map(math.isfinite, (seconds, lower, upper))) or seconds < 0:
+    needed = ("user_s", "lower", "upper") if status == "converged" else ("user_s", "lower")
+    numbers = {name: float(answer[name]) for name in needed}
+    if not all(map(math.isfinite, numbers.values())) or numbers["user_s"] < 0:
         raise ValueError("not a number")
     return {
         "status": status,
-        "seconds": seconds,
-        "lower": lower,
-        "upper": upper,
+        "seconds": numbers["user_s"],
+        "lower": numbers["lower"],
+        "upper": numbers.get("upper"),
         "diagonal": diagonal,
         "threads": 1,
     }

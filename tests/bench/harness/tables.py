@@ -2,8 +2,8 @@
 import collections
 import statistics
 
-from . import plan, targets, text
-from .results import Ratios, height, triangles
+from . import targets, text
+from .results import height, triangles
 
 
 
@@ -154,23 +154,49 @@ def speedups(results):
 def by_kind(results):
     rows = []
     names = rivals(results)
+    published = results.published()
     for tolerance in results.tolerances():
-        cases = collections.defaultdict(list)
-        for pair, _, _, by_name in results.of("pairs", tolerance):
-            cases[next(iter(by_name.values()))["kind"]].append((pair, by_name))
-        for kind, found in sorted(cases.items()):
-            cells = []
-            for rival in names:
-                ratios = Ratios(
-                    [
-                        (pair, by_name["auto"], by_name[rival])
-                        for pair, by_name in found
-                        if "auto" in by_name and rival in by_name
-                    ]
+        kinds = collections.Counter(
+            next(iter(by_name.values()))["kind"] for _, _, _, by_name in results.of("pairs", tolerance)
+        )
+        for kind, count in sorted(kinds.items()):
+            columns = [results.ratios("pairs", tolerance, "auto", rival, kind) for rival in names]
+            columns += [results.over_published(tolerance, kind)] if published else []
+            cells = [text.ratio(ratios.geometric_mean()) if ratios else "–" for ratios in columns]
+            rows.append((kind, f"{tolerance:g}", count, *cells))
+    header = [f"over `{rival}`" for rival in names] + (["over the fastest of " + ", ".join(f"`{name}`" for name in published)] if published else [])
+    return text.table(("kind", "tolerance", "pairs", *header), rows)
+
+
+def samples(results):
+    """How soon an interval is certified, beside programs that sample."""
+    rows = []
+    cases = {(pair, tolerance): by_name for pair, tolerance, _, by_name in results.of("pairs")}
+    for name in sorted({name for by_name in results.samplers.values() for name in by_name}):
+        for tolerance in results.tolerances():
+            found = [
+                (cases[pair, at]["auto"], by_name[name])
+                for (_, pair, at, _), by_name in results.samplers.items()
+                if at == tolerance and name in by_name and "auto" in cases.get((pair, at), {})
+            ]
+            found = [(own, sampled) for own, sampled in found if own.finished]
+            if not found:
+                continue
+            ratios = [sampled.seconds / max(own.seconds, 1e-9) for own, sampled in found]
+            short = [1 - sampled["lower"] / own["lower"] for own, sampled in found if own["lower"] > 0]
+            rows.append(
+                (
+                    f"a certified answer before the samples of `{name}`",
+                    f"{tolerance:g}",
+                    f"{sum(ratio > 1 for ratio in ratios)} of {len(ratios)}",
+                    text.ratio(statistics.geometric_mean(max(ratio, 1e-9) for ratio in ratios)),
+                    text.ratio(min(ratios)),
+                    text.percent(statistics.median(short)) if short else "–",
+                    text.percent(max(short)) if short else "–",
                 )
-                cells.append(text.ratio(ratios.geometric_mean()) if ratios else "–")
-            rows.append((kind, f"{tolerance:g}", len(found), *cells))
-    return text.table(("kind", "tolerance", "pairs", *(f"over `{rival}`" for rival in names)), rows)
+            )
+    header = ("what", "tolerance", "pairs", "geometric mean", "least", "samples below `lower`: median", "most")
+    return text.table(header, rows)
 
 
 def losses(results):
@@ -239,37 +265,6 @@ def failures(results):
         ("pair", "tolerance", "contender", "end", "triangles", "h / diagonal", "`auto`"),
         sorted(rows, key=lambda r: r[2]),
     )
-
-
-# The paper's Table 1: finished by its four-point method, by Tang's, by both; mean speed-up; winnings.
-PAPER_TABLE1 = {
-    "decimated": ("97.65 %", "91.05 %", "89.01 %", "4.38x", "–", "87.94 %"),
-    "tetwild": ("97.49 %", "66.44 %", "65.28 %", "27.5x", "–", "97.86 %"),
-}
-
-
-def table1(results):
-    """The paper's Table 1: its four-point method over triangle-set, for each of its kinds of pairs."""
-    rows = []
-    settings = [("paper", tolerance, " of the unit, 180 s") for tolerance in results.tolerances("paper")]
-    settings += [("pairs", tolerance, " of the diagonal, 60 s") for tolerance in results.tolerances()]
-    for experiment, tolerance, unit in settings:
-        ratios = results.ratios(experiment, tolerance, "four_point", "triangle_set")
-        for kind in ("decimated", "tetwild", "made", "all pairs"):
-            found = Ratios([t for t in ratios.triples if kind in ("all pairs", plan.paper_kind(t[0]))])
-            if found and (kind != "all pairs" or experiment == "pairs"):
-                paper = PAPER_TABLE1.get(kind, ("–",) * 6)
-                cells = [f"{own} / {theirs}" for own, theirs in zip(_speed_of_paper(found), paper)]
-                rows.append((kind, f"{tolerance:g}{unit}", len(found.triples), *cells, text.ratio(found.most()[1])))
-    header = ("finished: `four_point`", "`triangle_set`", "both", "mean speed-up", "geometric mean", "winnings")
-    return text.table(("pairs", "tolerance", "count", *(f"{name}, here / paper" for name in header), "most"), rows)
-
-
-def _speed_of_paper(ratios):
-    count = len(ratios.triples)
-    done = [sum(run.finished for run in column) / count for column in list(zip(*ratios.triples))[1:]]
-    parts = [text.percent(part) for part in (*done, len(ratios.both) / count)]
-    return [*parts, text.ratio(ratios.mean()), text.ratio(ratios.geometric_mean()), text.percent(ratios.winnings())]
 
 
 def time_of(result):

@@ -1,5 +1,5 @@
-// Tightness: by how much a strategy's bound exceeds the distance that it bounds, the paper's eq. 13. For the evaluation of
-// strategies, not for measurements.
+// Tightness: by how much a strategy's bound exceeds the distance that it bounds, the paper's eq. 13. For the evaluation
+// of strategies, not for measurements.
 //
 // Definition. For a triangle S of A and an upper bound U of h(S,B):  tau = (U - h(S,B)) / h(S,B). Smaller is tighter.
 //
@@ -22,7 +22,8 @@ namespace meshgauge {
 
 inline constexpr double kTightnessError = 1e-9;  // of h, as in the paper; unit frame
 
-// Returns h(triangle of `a`, B) to within kTightnessError, by subdivision. Precondition: the meshes are in the unit frame.
+// Returns h(triangle of `a`, B) to within kTightnessError, by subdivision. Precondition: the meshes are in the unit
+// frame.
 inline double distance_by_subdivision(const Mesh& a, std::uint32_t triangle, const Mesh& b) {
   Mesh one;
   for (const std::uint32_t corner : a.triangles[triangle]) one.positions.push_back(a.positions[corner]);

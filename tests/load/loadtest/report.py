@@ -93,7 +93,7 @@ def _met(yes):
 def soak(record):
     if not (run := record.get("soak")):
         return text.table((), [])
-    units = {"memory": ("memory of all processes", _mib), "resident": ("memory of the service alone", _mib),
+    units = {"memory": ("memory of all processes", _mib), "alone": ("memory of the service alone", _mib),
              "descriptors": ("descriptors", text.rounded), "processes": ("processes", text.rounded)}  # fmt: skip
     rows = []
     for name, (title, unit) in units.items():

@@ -77,14 +77,18 @@ def _number(path, name):
     return 0
 
 
+def _memory(pid):
+    """What processes share is counted once; files are left out, whose pages other programs share and let go."""
+    return sum(_number(pathlib.Path(f"/proc/{pid}/smaps_rollup"), f"Pss_{kind}") for kind in ("Anon", "Shmem"))
+
+
 def look(pid):
-    """Memory (of all processes, what they share counted once; files apart, whose pages other programs share and let go),
-    descriptors and processor time of the service."""
+    """Memory of all processes and of the service alone, descriptors and processor time of the service."""
     processes = family(pid)
     ticks = (pathlib.Path(f"/proc/{pid}/stat").read_text()).rsplit(")", 1)[1].split()
     return {
-        "resident": _number(pathlib.Path(f"/proc/{pid}/status"), "VmRSS"),
-        "memory": sum(_number(pathlib.Path(f"/proc/{one}/smaps_rollup"), f"Pss_{kind}") for one in processes for kind in ("Anon", "Shmem")),
+        "alone": _memory(pid),
+        "memory": sum(map(_memory, processes)),
         "descriptors": len(os.listdir(f"/proc/{pid}/fd")),
         "processes": len(processes),
         "cpu": (int(ticks[11]) + int(ticks[12])) / os.sysconf("SC_CLK_TCK"),

@@ -54,7 +54,7 @@ def run(client, service, folder, settings, requests, rate, minutes):
     kept = [row for row in watch.rows if warm_up <= row["at"] <= seconds]
     hours = [row["at"] / 3600 for row in kept]
     growth = {}
-    for what in ("memory", "resident", "descriptors", "processes"):
+    for what in ("memory", "alone", "descriptors", "processes"):
         values = [row[what] for row in kept]
         rise, error = slope(hours, values)
         growth[what] = {"slope": rise, "error": error, "mean": sum(values) / max(1, len(values))}
