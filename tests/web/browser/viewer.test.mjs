@@ -103,6 +103,7 @@ test("plain colours are those of the PLY's distances, at every vertex that is se
 test("where sides are asked for, what lies inside is blue, what lies outside orange, and the scale says so", async () => {
   const walked = await measured("both.obj", "sphere.stl", { inside: "1", outside: "3" }), { walk, viewer, tab } = walked;
   await tab.page.getByText(/distance to B,\s+outside of B,\s+above 3,\s+inside of B,\s+above 1 /).waitFor();
+  await tab.page.getByText(/ % of A’s area is more than 1 inside of B/).waitFor();
   assert.equal(await tab.page.locator(".viewer-bar").getAttribute("viewBox"), "0 0 240 2");
   await plainColours(walk);
   const { position, target } = await cameraOf(viewer);

@@ -51,10 +51,12 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
     const maps = { a: await parseMap(a), b: await parseMap(b) };
     if (signal.aborted) return () => undefined;
     host.replaceChildren();
+    const { inside, outside } = result.sides ?? {};
     const viewer = mountViewer(host, {
       ...maps,
       limit: result.gate?.max_distance ?? null,
       ...(result.gate?.zone ? { zone: { inside: -result.gate.zone[0], outside: result.gate.zone[1] } } : {}),
+      ...(inside && outside ? { reached: { inside: inside.lower, outside: outside.lower } } : {}),
       units: unitsOf(result),
       witnesses: witnessesOf(result),
     });

@@ -4,7 +4,7 @@ import { aboveLimit, colourOf, css, limitOf, mapColour, ticks, type ColourScale,
 import { AreaDistribution } from "./distribution";
 import { button, make, makeSvg } from "./dom";
 import { figure, percent, withUnits } from "./figures";
-import { limitWords, type Beyond } from "./limit_words";
+import { isBeyond, limitWords, zoneWords, type Beyond, type OneSide } from "./limit_words";
 import { nameOf, other, pathsOf, type Side, type Store, type ViewerInput } from "./settings";
 
 const kBins = 120; // a multiple of 5, so that an edge is at the limit
@@ -195,15 +195,27 @@ export class Scale {
 
   private wholeWords(): string {
     const hint = this.hasPicture ? "Drag here, or move the two ends, to highlight a range of distances." : "Drag here, or move the two ends, to ask for the area of a range of distances.";
-    if (!this.colours.limited) return hint;
-    return `${limitWords(this.store.value, this.beyond, this.input.witnesses, this.colours.top)} ${hint}`;
+    const { limited, top } = this.colours;
+    if (!limited && !this.beyond.a.zone) return hint;
+    return `${limitWords(this.store.value, this.beyond, this.input.witnesses, limited ? top : null)} ${hint}`;
   }
 
   // Distances are rounded to single precision: one that equals the limit is not beyond it.
   private beyondOf(side: Side): Beyond {
-    const { top } = this.colours;
-    const areas = this.areas[side];
-    return { farther: areas.largest > Math.fround(top), share: areas.total > 0 ? 1 - areas.share(0, top) : 0, of: areas.of };
+    const { sides } = this.input[side];
+    if (this.colours.zone && sides) return this.beyondZone(side, sides);
+    return beyondLimit(this.areas[side], this.colours.top);
+  }
+
+  // Where no side is proved, A is within rounding of B.
+  private beyondZone(side: Side, sides: Float32Array): Beyond {
+    const map = this.input[side];
+    const both = (["inside", "outside"] as const).map((path): OneSide => {
+      const sign = path === "inside" ? -1 : 1, limit = limitOf(this.colours, path);
+      const distances = map.distances.map((distance, v) => sign * sides[v]! * distance);
+      return { side: path, limit, lower: this.input.reached?.[path] ?? 0, ...beyondLimit(new AreaDistribution({ ...map, distances }), limit) };
+    });
+    return { farther: both.some(isBeyond), share: 0, of: this.areas[side].of, zone: zoneWords(both, this.units) };
   }
 
   private brushWords(): string {
@@ -214,4 +226,8 @@ export class Scale {
     const range = `${figure(low)} to ${withUnits(figure(high), this.units)}`;
     return `${said.join(" and ")} ${split ? "are" : "is"} ${range} from the other mesh.`;
   }
+}
+
+function beyondLimit(areas: AreaDistribution, limit: number): Beyond {
+  return { farther: areas.largest > Math.fround(limit), share: areas.total > 0 ? 1 - areas.share(-Infinity, limit) : 0, of: areas.of };
 }

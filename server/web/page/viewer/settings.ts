@@ -39,6 +39,7 @@ export interface ViewerInput {
   b: DeviationMap; // coloured by its distance to A
   limit: number | null;
   zone?: { inside: number; outside: number }; // limits of A on each side of B, not negative
+  reached?: { inside: number; outside: number }; // how far A reaches there at least, proved
   units: string;
   witnesses: Witness[]; // one per direction; the first belongs to the verdict
   up?: "y" | "z"; // the axis that points up in such files; z by default
