@@ -83,17 +83,22 @@ std::string why_no_group(const Groups& groups, const std::string& mesh) {
   return mesh + " has " + names_of(groups);
 }
 
-// Finds the triangles of the groups that the options ask for. check_groups() has accepted the options.
-Result<Done> find_groups(const NamedMesh& b, ComparisonOptions& options) {
+// Finds the triangles of the groups that the options ask for, of mesh b. check_groups() has accepted the options.
+Result<Done> find_groups(const NamedMesh& a, const NamedMesh& b, ComparisonOptions& options) {
   for (std::size_t i = 0; i < options.regions.size(); ++i) {
     auto* const group = std::get_if<Group>(&options.regions[i].shape);
     if (!group) continue;
     const std::string mesh = "'" + std::string(b.name) + "'", place = "/regions/" + std::to_string(i) + "/group";
     assert(options.direction != Direction::a_to_b);
     const Group* const found = find_group(b.mesh->groups, group->name);
-    if (!found)
-      return refused("no group " + shown_text(group->name) + ": " + why_no_group(b.mesh->groups, mesh), "options",
-                     place);
+    if (!found) {
+      const std::string of_a =
+          find_group(a.mesh->groups, group->name)
+              ? "; '" + std::string(a.name) + "' has it, but regions are groups of " + mesh + " alone"
+              : "";
+      return refused("no group " + shown_text(group->name) + ": " + why_no_group(b.mesh->groups, mesh) + of_a,
+                     "options", place);
+    }
     *group = *found;
   }
   return Done{};
@@ -164,7 +169,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   const auto plan = resolve(a.unit(), b.unit(), options.units, has_limit(options));
   if (!plan) return plan.error();
   comparison.units = *plan;
-  if (auto ok = find_groups(b, comparison.options); !ok) return std::move(ok).error();
+  if (auto ok = find_groups(a, b, comparison.options); !ok) return std::move(ok).error();
   if (options.topology) {  // linear, so before what may take all the time
     comparison.a.topology = topology_in(plan->result, *a.mesh, plan->a, control);
     comparison.b.topology = topology_in(plan->result, *b.mesh, plan->b, control);

@@ -27,11 +27,6 @@ std::optional<ResultWitness> witness_of(const Json& json, bool on_candidate) {
                        point(json.at("point_b")), json.at("triangle_b").get<std::uint32_t>()};
 }
 
-double upper_of(const Json& interval) {
-  const Json& upper = interval.at("upper");  // null: no upper bound yet
-  return upper.is_null() ? std::numeric_limits<double>::infinity() : upper.get<double>();
-}
-
 // Returns false also for NaN. Documents may come from another service, and verdicts need valid bounds.
 bool is_interval(double lower, double upper) { return std::isfinite(lower) && lower >= 0 && lower <= upper; }
 
@@ -122,6 +117,11 @@ Result<ResultFacts> result_facts(const Json& document, Side candidate) try {
   return facts;
 } catch (const Json::exception& error) {
   return no_comparison(error.what());
+}
+
+double upper_of(const Json& interval) {
+  const Json& upper = interval.at("upper");
+  return upper.is_null() ? std::numeric_limits<double>::infinity() : upper.get<double>();
 }
 
 std::string sides_refused(const Json& sides) {

@@ -53,6 +53,11 @@ struct ResultFacts {
 // result or its bounds are not an interval.
 Result<ResultFacts> result_facts(const nlohmann::ordered_json& document, Side candidate);
 
+// Returns the upper bound of an interval {"lower": ..., "upper": ...}; null: infinity, there is none yet. A result that
+// this version writes always has one: it is known before the search begins. Throws nlohmann::json::exception when it
+// is neither.
+double upper_of(const nlohmann::ordered_json& interval);
+
 // Returns why mesh b, in words the baseline, has no sides: "the baseline is open: ..."; empty: it has, or nothing is
 // known of it. Throws nlohmann::json::exception when `sides`, of a result document, has another form.
 std::string sides_refused(const nlohmann::ordered_json& sides);

@@ -62,7 +62,7 @@ ZoneReached::Side side_from(const Json& sides, const char* name, double limit) {
   const Json& found = sides.at(name);
   if (found.is_null()) return side;
   side.lower = found.at("lower").get<double>();
-  if (!found.at("upper").is_null()) side.upper = found.at("upper").get<double>();
+  side.upper = api::upper_of(found);
   if (const Json& p = found.at("point_a"); !p.is_null()) {
     side.at = Vec3(p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>());
     side.triangle = found.at("triangle_a").get<std::uint32_t>();
@@ -138,8 +138,7 @@ Result<Criterion> region_from(const Json& json, const Region& asked, const Limit
   found.uncertainty = limits.uncertainty;
   found.limit = asked.max_distance ? *asked.max_distance : limits.max_distance.value_or(0);
   found.lower = distance.at("lower").get<double>();
-  found.upper =
-      distance.at("upper").is_null() ? std::numeric_limits<double>::infinity() : distance.at("upper").get<double>();
+  found.upper = api::upper_of(distance);
   if (!(found.lower >= 0 && found.lower <= found.upper)) return no_comparison("a region has no interval");
   found.status = json.at("status").get<std::string>();
   found.verdict = verdict_of(found.lower, found.upper, found.limit, found.uncertainty);

@@ -31,7 +31,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             max_share_beyond: Optional[Mapping[str, Any]] = None,
             zone: Optional[Sequence[_options.Length]] = None,
             sides: Union[bool, Mapping[str, float], None] = None,
-            uncertainty: Optional[_options.Length] = None,
+            uncertainty: Optional[_options.Length] = None, narrow: Optional[bool] = None,
             regions: Optional[Iterable[Mapping[str, Any]]] = None, align: Any = None,
             vertex_distances: bool = False) -> Result:
     """Measures how far two meshes are apart, in this process.
@@ -72,6 +72,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         sides: True also certifies how far a reaches outside and inside of b (Result.document["sides"]); a mapping may
             set "length_tolerance".
         uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
+        narrow: True: after the verdict the work goes on, for at most a second, to say by how much it passes or fails.
         align: moves a before it is measured (Result.document["alignment"]). "rigid": by the best fit; a 4x4 matrix: by
             that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
         vertex_distances: True also measures the distance at each vertex of a (Result.vertex_distances, an array of
@@ -90,7 +91,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
         statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
-        zone=zone, sides=sides, uncertainty=uncertainty, regions=regions, align=align)
+        zone=zone, sides=sides, uncertainty=uncertainty, narrow=narrow, regions=regions, align=align)
     return Result(*_native.measure(sources[0].to_native(), sources[1].to_native(), options, vertex_distances))
 
 

@@ -55,7 +55,8 @@ def _add(length: tuple[float, str], units: set[str]) -> float:
 
 def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mapping[str, Any]] = None,
          zone: Optional[Sequence[Length]] = None,
-         uncertainty: Optional[Length] = None, units: Optional[set[str]] = None) -> dict[str, Any]:
+         uncertainty: Optional[Length] = None, narrow: Optional[bool] = None,
+         units: Optional[set[str]] = None) -> dict[str, Any]:
     """The limits, of which one is given at least, and the uncertainty of the distances. `units`: of other limits."""
     sent: dict[str, Any] = {}
     units = set(units or ())
@@ -75,6 +76,8 @@ def gate(max_distance: Optional[Length] = None, max_share_beyond: Optional[Mappi
         sent["zone"] = [_add(_signed_length(end, f"zone[{i}]"), units) for i, end in enumerate(zone)]
     if uncertainty is not None:
         sent["uncertainty"] = _add(_length(uncertainty, "uncertainty"), units)
+    if narrow is not None:
+        sent["narrow"] = bool(narrow)
     if len(units) > 1:
         raise InputError("max_distance, the distance of max_share_beyond, zone, uncertainty and the limits of regions must have "
                          "the same unit")
@@ -205,7 +208,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
 def document(**options: Any) -> dict[str, Any]:
     """The document of the options that are not None. Ranges and names are checked where it is read."""
     sent: dict[str, Any] = {}
-    limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond", "zone", "uncertainty")}
+    limits = {name: options.pop(name, None) for name in ("max_distance", "max_share_beyond", "zone", "uncertainty", "narrow")}
     units: set[str] = set()
     if (regions := options.pop("regions", None)) is not None:
         sent["regions"], units = _regions(regions)

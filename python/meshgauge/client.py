@@ -20,6 +20,7 @@ from meshgauge.result import Result
 _RETRIED = (429, 502, 503, 504)
 _FIRST_PAUSE_S, _LAST_PAUSE_S = 0.05, 2.0
 _ENDED = ("done", "failed", "cancelled")
+_MAPS = ("ply", "glb", "vtp", "csv")
 
 
 class Client:
@@ -83,6 +84,36 @@ class Client:
         found = {line["position"]: line for line in map(json.loads, lines)}
         return [_outcome(found[position]) for position in range(len(comparisons))]
 
+    def map(self, comparison: Union[Result, str], format: str = "ply", *, of: str = "a", normals: bool = False,
+            max_triangles: Optional[int] = None, meshes: Optional[tuple[Any, Any]] = None) -> bytes:
+        """The file of a mesh with its distance from the other one at each vertex (docs/deviation.md of the project).
+
+        Args:
+            comparison: what compare() or batch() returned, or the id of a comparison that has ended.
+            format: "ply", "glb", "vtp" or "csv".
+            of: the mesh that is shown, "a" or "b".
+            normals: True adds the normal of each vertex.
+            max_triangles: of a GLB alone.
+            meshes: a and b of the comparison, which are sent again where the service has not kept them.
+
+        Raises ServiceError: 410, when it has not and there are no `meshes`.
+        """
+        if format not in _MAPS:
+            raise InputError(f"format must be one of {', '.join(_MAPS)}, not {format!r}")
+        id = comparison if isinstance(comparison, str) else comparison.document["id"]
+        query: dict[str, Any] = {"of": of, **({"normals": "true"} if normals else {}),
+                                 **({} if max_triangles is None else {"max_triangles": max_triangles})}
+        path = f"{_path_of(id)}/deviation.{format}?{urllib.parse.urlencode(query)}"
+        try:
+            return self.ask("GET", path).body
+        except ServiceError as gone:
+            if gone.status != 410 or meshes is None:
+                raise
+        stored: dict[str, bool] = {}
+        for mesh, part in zip(meshes, "ab"):
+            self._store(mesh, part, stored)
+        return self.ask("GET", path).body
+
     def ask(self, method: str, path: str, body: Iterable[bytes] = (), headers: Optional[Mapping[str, str]] = None) -> Answer:
         """Sends a request, again after passing failures. Raises for an answer that is no success."""
         pieces, end, pause = list(body), time.monotonic() + self._retry_time, _FIRST_PAUSE_S
@@ -140,7 +171,7 @@ class Job:
 
     @property
     def _path(self) -> str:
-        return "/v1/comparisons/" + urllib.parse.quote(self.id, safe="")
+        return _path_of(self.id)
 
     def state(self) -> dict[str, Any]:
         """The current state with the interval so far (openapi.yaml, Job)."""
@@ -163,6 +194,10 @@ class Job:
     def cancel(self) -> None:
         """Cancels the comparison; if it has ended, deletes its result."""
         self._client.ask("DELETE", self._path)
+
+
+def _path_of(id: str) -> str:
+    return "/v1/comparisons/" + urllib.parse.quote(id, safe="")
 
 
 class _Upload(NamedTuple):

@@ -1,7 +1,6 @@
 #include "server/handlers/batch_junit.h"
 
 #include <chrono>
-#include <limits>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -9,6 +8,7 @@
 #include "api/decimal.h"
 #include "api/gate.h"
 #include "api/junit.h"
+#include "api/result_document.h"
 #include "server/handlers/batch_document.h"
 #include "server/jobs/job_document.h"
 
@@ -16,6 +16,7 @@ namespace meshgauge::server {
 namespace {
 
 using api::shortest;
+using Json = nlohmann::ordered_json;
 
 double seconds_between(store::TimePoint from, store::TimePoint to) {
   return std::chrono::duration<double>(to - from).count();
@@ -39,7 +40,7 @@ std::string detail_of(const store::Job& job) {
 }
 
 // "; share of the area beyond 0.05 mm in [0.002, 0.003], limit 0.01"; empty without such a limit.
-std::string found_of_area(const nlohmann::json& document, const std::string& units) {
+std::string found_of_area(const Json& document, const std::string& units) {
   const auto found = document.find("share_beyond");
   if (found == document.end()) return "";
   const auto& limit = document["gate"]["max_share_beyond"];
@@ -48,20 +49,14 @@ std::string found_of_area(const nlohmann::json& document, const std::string& uni
          shortest(limit["share"]);
 }
 
-// null in a document is infinite.
-double number_in(const nlohmann::json& value) {
-  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::infinity();
-}
-std::string number_of(const nlohmann::json& value) { return shortest(number_in(value)); }
-
 // "; bore in [0.01, 0.02] mm, limit 0.02 mm: pass" for each region and the rest.
-std::string found_of_regions(const nlohmann::json& document, const std::string& units) {
+std::string found_of_regions(const Json& document, const std::string& units) {
   std::string text;
   if (!document.contains("regions")) return text;
   for (const auto& region : document["regions"]) {
     const auto& distance = region["distance"];
-    text += "; " + region["name"].get<std::string>() + " in [" + number_of(distance["lower"]) + ", " +
-            number_of(distance["upper"]) + "]" + units;
+    text += "; " + region["name"].get<std::string>() + " in [" + shortest(distance["lower"]) + ", " +
+            shortest(api::upper_of(distance)) + "]" + units;
     if (region.contains("max_distance"))
       text += ", limit " + shortest(region["max_distance"]) + units + ": " + region["verdict"].get<std::string>();
   }
@@ -70,24 +65,23 @@ std::string found_of_regions(const nlohmann::json& document, const std::string& 
 
 // "; inside in [0.01, 0.02] mm, limit 0.05 mm: pass; outside in [0.2, 0.3] mm, limit 0.1 mm: fail", or why there are no
 // sides; empty without a zone.
-std::string found_of_zone(const nlohmann::json& document, const std::string& units) {
+std::string found_of_zone(const Json& document, const std::string& units) {
   if (!document.contains("sides") || !document["gate"].is_object() || !document["gate"].contains("zone")) return "";
   const auto& sides = document["sides"];
   if (!sides["refused"].is_null()) return "; no sides: " + sides["refused"]["detail"].get<std::string>();
   const double uncertainty = document["gate"].value("uncertainty", 0.0);
   const auto side = [&](const char* name, double limit) {
-    const double lower = sides[name]["lower"], upper = number_in(sides[name]["upper"]);
+    const double lower = sides[name]["lower"], upper = api::upper_of(sides[name]);
     const auto verdict = to_string(api::verdict_within(lower, upper, limit, uncertainty));
-    return std::string("; ") + name + " in [" + number_of(sides[name]["lower"]) + ", " +
-           number_of(sides[name]["upper"]) + "]" + units + ", limit " + shortest(limit) + units + ": " +
-           std::string(verdict);
+    return std::string("; ") + name + " in [" + shortest(lower) + ", " + shortest(upper) + "]" + units + ", limit " +
+           shortest(limit) + units + ": " + std::string(verdict);
   };
   const auto& zone = document["gate"]["zone"];
   return side("inside", -zone[0].get<double>()) + side("outside", zone[1].get<double>());
 }
 
 // "; a was moved before, no point farther than 5.2 mm"; empty: it was not.
-std::string found_of_alignment(const nlohmann::json& document, const std::string& units) {
+std::string found_of_alignment(const Json& document, const std::string& units) {
   const auto found = document.find("alignment");
   if (found == document.end()) return "";
   return "; a was moved before, no point farther than " + shortest((*found)["largest_displacement"]) + units;
@@ -99,7 +93,7 @@ std::string found(const store::Job& job) {
   const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
   std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
-  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  const auto document = Json::parse(job.document, nullptr, false);
   return text + found_of_zone(document, units) + found_of_area(document, units) + found_of_regions(document, units) +
          found_of_alignment(document, units);
 }

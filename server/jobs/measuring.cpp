@@ -21,6 +21,10 @@ using store::JobState;
 constexpr std::uint64_t kWorthThreads =
     std::uint64_t{2} << 20;  // bytes of both files, about 20,000 triangles each; larger jobs get more threads
 
+// The bounds that a search for the largest distance notes for the areas: those of the search, those of its directions,
+// and of the directions before them while a gate is narrowed, or those of the search of the areas.
+constexpr std::uint64_t kNotedBytes = 3 * sizeof(float);  // a triangle
+
 double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - start).count();
 }
@@ -105,6 +109,10 @@ Result<api::Comparison> Measuring::measure_within(MemoryReservation& memory, Liv
   if (!job.request.options.regions.empty()) {  // a part of a mesh is another mesh, one at a time
     const auto& larger = (*a)->facts.triangles < (*b)->facts.triangles ? (*b)->facts : (*a)->facts;
     if (auto ok = memory.take_mesh(larger.vertices, larger.triangles); !ok) return std::move(ok).error();
+  }
+  if (job.request.options.areas || job.request.options.max_share_beyond) {
+    const std::uint64_t noted = kNotedBytes * ((*a)->facts.triangles + (*b)->facts.triangles);
+    if (auto ok = memory.take_more(noted); !ok) return std::move(ok).error();
   }
   memory.keep_meshes();
   auto result = api::compare(*a, *b, job.request.options, job.control, times);

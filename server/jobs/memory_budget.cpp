@@ -129,6 +129,8 @@ Result<Done> MemoryReservation::take_mesh(std::uint64_t vertices, std::uint64_t 
   return taken;
 }
 
+Result<Done> MemoryReservation::take_more(std::uint64_t bytes) { return need(0, meshes_.arrays + bytes); }
+
 void MemoryReservation::keep_meshes() {
   budget_.change(reserved_, meshes_.arrays);
   reserved_ = meshes_.arrays;

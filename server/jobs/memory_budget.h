@@ -69,6 +69,7 @@ class MemoryReservation final : public sandbox::Memory {
   Result<std::uint64_t> take_reader(std::uint64_t bytes) override;
   Result<Done> take_mesh(std::uint64_t vertices, std::uint64_t triangles) override;
   void end_reader() override;
+  Result<Done> take_more(std::uint64_t bytes);  // beside the meshes, when all have been read
   void keep_meshes();  // gives back what was waited for and is not needed for them. Call after the last step.
 
   bool restart() const { return restart_; }  // a step did not fit: free everything, and begin() again

@@ -1,6 +1,8 @@
 """Deviation maps of comparisons: what is in them, and which requests for one are refused."""
 
+import csv
 import hashlib
+import io
 import json
 import re
 import resource
@@ -117,6 +119,10 @@ class Content(ServerCase):
             done = subprocess.run([BINARY, "compare", "a.obj", "b.obj", "--sides", "--map", "map.csv"], cwd=folder, env=ENVIRONMENT, check=True,
                                   capture_output=True, timeout=60)
             self.assertEqual(done.stderr.decode(), "meshgauge: 'map.csv' has no signed distance: %s\n" % why)
+            self.assertEqual(Path(folder, "map.csv").read_bytes(), self.map("csv", path).body)
+        rows = list(csv.DictReader(io.StringIO(self.map("csv?normals=true", path).body.decode())))
+        self.assertEqual(list(rows[0]), ["x", "y", "z", "distance", "nx", "ny", "nz", "no_sides"])
+        self.assertEqual([row["no_sides"] for row in rows], [why] + [""] * (len(rows) - 1))
 
     def test_normals(self):
         flags = ("--max-distance", "0.05 mm", "--fast", "--map-normals")

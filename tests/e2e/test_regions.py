@@ -86,6 +86,8 @@ class Regions(ServerCase):
             problem = self.refused(compare(**options), 422, "invalid-request")
             self.assertIn(said, problem["detail"])
             self.assertEqual(problem["errors"][0]["where"], where)
+        of_a = self.server.compare(b, SQUARE, options={"regions": [low]}).json()["detail"]
+        self.assertTrue(of_a.endswith("; 'a' has it, but regions are groups of 'b' alone"), of_a)
         self.assertIn("'b' has none; groups", self.server.compare(options={"regions": [low]}).json()["detail"])
 
     def test_the_command_line_says_the_same(self):

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "engine/area/winding.h"
@@ -49,6 +50,21 @@ Mesh cloud(std::vector<Vec3> points) {
 const Mesh kCube = shapes::cube(2, {-1, -1, -1});
 
 }  // namespace
+
+TEST_CASE("sides: the upper bounds are finite, however early the search ends and however large the meshes are") {
+  const double far = kMaxCoordinate;
+  const Mesh huge = shapes::cube(2 * far, {-far, -far, -far});
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.sides.emplace();
+  for (std::uint64_t at = 1; at < 40; ++at) {
+    Control control;
+    control.cancel_at_check(at);
+    const SideOutcome found = measure(shapes::moved(kCube, {0.25, 0, 0}), huge, options, control).sides.value();
+    CHECK(std::isfinite(found.outside.upper));
+    CHECK(std::isfinite(found.inside.upper));
+  }
+}
 
 TEST_CASE("sides: a cube that is moved along an axis") {
   const SideOutcome found = sides_of(shapes::moved(kCube, {0.25, 0, 0}), kCube);

@@ -5,7 +5,7 @@ import json
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 FAR = "v 0 0 2\nv 1 0 2\nv 0 1 2\nf 1 2 3\n"
 BOX = "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
-FILES = {"good.obj": TRIANGLE, "far.obj": FAR, "box.obj": BOX, "broken.obj": TRIANGLE.replace("0 1 0", "0 1 x"),
+FILES = {"good.obj": TRIANGLE, "lid.obj": TRIANGLE.replace("f ", "g Lid\nf "), "far.obj": FAR, "box.obj": BOX, "broken.obj": TRIANGLE.replace("0 1 0", "0 1 x"),
          "folder/part.obj": TRIANGLE}
 HASH = "0" * 64
 
@@ -108,6 +108,8 @@ def gates():
                                               "regions: [{name: bore, sphere: {centre: [90, 0, 0], radius: 9}}]"])),
         ("a region is a group that the baseline does not have", manifest(["candidate: good.obj", "baseline: far.obj", "max_distance: 3",
                                                                     "regions: [{name: lid, group: Lid}]"])),
+        ("a region is a group of the candidate", manifest(["candidate: lid.obj", "baseline: far.obj", "max_distance: 3",
+                                                           "regions: [{name: lid, group: Lid}]"])),
         ("the candidate is too far outside of the baseline", manifest(["candidate: far.obj", "baseline: box.obj", "zone: [-9, 0.1]"])),
         ("the baseline of a zone is open", manifest(["candidate: good.obj", "baseline: far.obj", "zone: [-1, 1]"])),
         ("the candidate cannot be read", gate("broken.obj")),

@@ -75,6 +75,31 @@ class WithService(unittest.TestCase):
         except meshgauge.ServiceError as before_it_began:
             self.assertEqual(before_it_began.kind, "cancelled")
 
+    def test_the_map_of_a_comparison(self):
+        closed = shapes.sphere(6)
+        result = self.client.compare(RAISED, closed, sides=True)
+        with self.assertRaises(meshgauge.ServiceError) as caught:
+            self.client.map(result)
+        self.assertEqual(caught.exception.status, 410)
+        found = {name: self.client.map(result, name, normals=True, meshes=(RAISED, closed)) for name in ("ply", "glb", "vtp", "csv")}
+        self.assertTrue(found["ply"].startswith(b"ply\n") and b"property float nx" in found["ply"])
+        self.assertTrue(found["glb"].startswith(b"glTF") and b"NORMAL" in found["glb"])
+        self.assertIn(b'Name="Normals"', found["vtp"])
+        head, *lines = found["csv"].decode().splitlines()
+        self.assertEqual((head, len(lines)), ("x,y,z,distance,signed_distance,nx,ny,nz", len(RAISED[0])))
+        here = meshgauge.compare(RAISED, closed, sides=True, vertex_distances=True)
+        self.assertEqual([float(line.split(",")[3]) for line in lines], list(here.vertex_distances))
+        self.assertEqual(self.client.map(result.document["id"], "csv", normals=True), found["csv"])
+        of_b = self.client.map(result, "csv", of="b").decode().splitlines()
+        self.assertEqual((of_b[0], len(of_b)), ("x,y,z,distance", 1 + len(closed[0])))
+        with self.assertRaisesRegex(meshgauge.InputError, "format must be one of ply, glb, vtp, csv, not 'obj'"):
+            self.client.map(result, "obj")
+        with self.assertRaisesRegex(Exception, "a .csv has the whole mesh"):
+            self.client.map(result, "csv", max_triangles=9)
+        with self.assertRaises(meshgauge.ServiceError) as caught:
+            self.client.map("none")
+        self.assertEqual(caught.exception.status, 404)
+
     def test_a_batch(self):
         broken = b"v 0 0 x\n"
         found = self.client.batch([(SQUARE, RAISED), (SQUARE, RAISED, {"max_distance": 1}), (broken, SQUARE), (RAISED, SQUARE)],

@@ -217,6 +217,8 @@ class Results(unittest.TestCase):
         self.assertEqual(meshgauge.compare(SQUARE, RAISED, "3 mm", max_share_beyond=high).verdict, "pass")
         self.assertEqual(meshgauge.compare(SQUARE, RAISED, "1 mm", max_share_beyond=high).verdict, "fail")
         self.assertEqual(meshgauge.compare(SQUARE, RAISED, "2.1 mm", uncertainty="0.2 mm").verdict, "undecided")
+        narrow = meshgauge.compare(SQUARE, RAISED, "90 mm", narrow=True)
+        self.assertTrue(narrow.verdict == "pass" and narrow.upper <= 1.1 * narrow.lower, narrow)
         for wrong in (1, {}, {"distance": 1}, {"distance": 1, "share": 2}, {"distance": "x", "share": 0.5},
                       {"distance": 1, "share": 0.5, "more": 1}):
             with self.subTest(wrong), self.assertRaises(meshgauge.InputError):

@@ -28,6 +28,27 @@ TEST_CASE("jobs: an awaited job is visible while it runs and after its end") {
   CHECK(eventually([&] { return bench.jobs.figures().awaited_slots == 0; }));
 }
 
+TEST_CASE("jobs: with areas, the bounds that their search notes are reserved") {
+  const auto ended = [](std::uint64_t bytes, const std::string& options) {
+    Settings settings = one_worker();
+    settings.max_memory_bytes = settings.max_heap_bytes * (settings.workers + kGuests) + bytes;
+    Kept kept;
+    Bench bench(
+        kept, [](const MeshSource& source, auto&&...) { return stand_in(source); }, settings);
+    Submission asked = submission("a", false);
+    asked.request = got(api::parse_options(options));
+    const auto job = begun(submit(bench.jobs, std::move(asked)));
+    REQUIRE(job->wait_for_end(kLong));
+    return job->view().row.problem;
+  };
+  CHECK(ended(23, "{}").empty());
+  for (const char* asked :
+       {R"({"areas": {"beyond": [0.5]}})", R"({"gate": {"max_share_beyond": {"distance": 0.5, "share": 0.1}}})"}) {
+    CHECK(ended(23, asked).find("the comparison needs 24 bytes of memory") != std::string::npos);  // a job gets 21
+    CHECK(ended(28, asked).empty());
+  }
+}
+
 TEST_CASE("jobs: a durable job waits in the store alone, and its bytes exist when it runs") {
   Kept kept;
   Stand stand;

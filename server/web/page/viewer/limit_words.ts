@@ -8,10 +8,10 @@ export interface Beyond {
   farther: boolean; // any visible part of it is beyond the limit
   share: number; // of its area or points
   of?: "area" | "points";
-  zone?: string; // of A where its sides of B have limits: zoneWords()
+  zone?: string; // zoneWords(), where the sides have limits
 }
 
-// Of A, on one side of B.
+// How far A is beyond the limit of one side of B.
 export interface OneSide extends Omit<Beyond, "zone"> {
   side: Exclude<Path, "plain">;
   limit: number;
