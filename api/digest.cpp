@@ -1,6 +1,7 @@
 #include "api/digest.h"
 
 #include <array>
+#include <new>
 #include <stdexcept>
 
 #include <openssl/evp.h>
@@ -20,14 +21,25 @@ std::string to_hex(std::span<const unsigned char> bytes) {
   return out;
 }
 
+// OpenSSL fails where memory is missing: waits for it, or throws, as operator new does.
+template <class Call>
+void until_it_succeeds(Call call) {
+  while (!call()) {
+    const std::new_handler handler = std::get_new_handler();
+    if (!handler) throw std::bad_alloc();
+    handler();
+  }
+}
+
 }  // namespace
 
 void Sha256::Freed::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
-Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
-  if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) {
-    throw std::runtime_error("SHA-256 is not available");
-  }
+Sha256::Sha256() {
+  until_it_succeeds([this] {
+    context_.reset(EVP_MD_CTX_new());
+    return context_ && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) == 1;
+  });
 }
 
 void Sha256::update(std::span<const std::byte> piece) {
@@ -52,7 +64,7 @@ std::string random_id() {
   thread_local std::array<unsigned char, kBytes * 64> drawn{};  // a draw costs as much as many ids
   thread_local std::size_t used = drawn.size();
   if (used == drawn.size()) {
-    if (RAND_bytes(drawn.data(), static_cast<int>(drawn.size())) != 1) throw std::runtime_error("no random numbers");
+    until_it_succeeds([] { return RAND_bytes(drawn.data(), static_cast<int>(drawn.size())) == 1; });
     used = 0;
   }
   used += kBytes;

@@ -12,7 +12,7 @@ namespace meshgauge::api {
 
 std::string sha256_hex(std::span<const std::byte> bytes);  // 64 lower-case hex digits
 
-// Computes SHA-256 over pieces of data. The constructor throws std::runtime_error when OpenSSL provides no SHA-256.
+// Computes SHA-256 over pieces of data. The constructor throws std::bad_alloc when OpenSSL provides none.
 class Sha256 {
  public:
   Sha256();
@@ -26,7 +26,7 @@ class Sha256 {
   std::unique_ptr<evp_md_ctx_st, Freed> context_;
 };
 
-// 128 random bits as 32 lower-case hex digits; throws std::runtime_error when OpenSSL has none. They are drawn ahead:
+// 128 random bits as 32 lower-case hex digits; throws std::bad_alloc when OpenSSL has none. They are drawn ahead:
 // not for a child of fork().
 std::string random_id();
 

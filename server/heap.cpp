@@ -1,6 +1,6 @@
 #include "server/heap.h"
 
-#include <chrono>
+#include <atomic>
 #include <cstdlib>  // defines __GLIBC__
 #include <new>
 #include <thread>
@@ -16,25 +16,33 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPause{10};
-constexpr milliseconds kMostWait{10'000};
 constexpr milliseconds kSameWait{200};  // a call that follows so soon is another try of the same allocation
 
+std::atomic<milliseconds> most_wait{milliseconds(0)};
 thread_local int may_fail = 0;
+thread_local int never_fails = 0;
 thread_local Clock::time_point wait_began;
 thread_local Clock::time_point last_try;
 
 void wait_or_throw() {
   if (may_fail > 0) throw std::bad_alloc();
+  if (never_fails > 0) return std::this_thread::sleep_for(kPause);
   const auto now = Clock::now();
   if (now - last_try > kSameWait) wait_began = now;
   last_try = now;
-  if (now - wait_began > kMostWait) throw std::bad_alloc();
+  if (now - wait_began > most_wait.load()) throw std::bad_alloc();
   std::this_thread::sleep_for(kPause);
 }
 
 }  // namespace
 
-void wait_for_memory() { std::set_new_handler(wait_or_throw); }
+void wait_for_memory(milliseconds most) {
+  most_wait.store(most);
+  std::set_new_handler(wait_or_throw);
+}
+
+NeverFails::NeverFails() { ++never_fails; }
+NeverFails::~NeverFails() { --never_fails; }
 
 MayFail::MayFail() { ++may_fail; }
 MayFail::~MayFail() { --may_fail; }

@@ -2,6 +2,8 @@
 // ever larger blocks from them; memory freed between blocks in use is not given back, and the process grows for hours.
 #pragma once
 
+#include <chrono>
+
 namespace meshgauge::server {
 
 // Sets up few arenas, and maps large blocks outside of them. Call once, before any thread starts. Does nothing without
@@ -11,12 +13,21 @@ void keep_heap_small(unsigned threads_that_compute);
 // Returns whole free pages of all arenas to the kernel. Takes milliseconds per some hundred megabytes; call it rarely.
 void release_free_memory();
 
-// From now on operator new waits for memory that is used up, up to some seconds, before it throws std::bad_alloc: what
-// others free soon is no reason to end a thread that keeps promises. Call once.
-void wait_for_memory();
+// From now on operator new waits so long for memory that is used up before it throws std::bad_alloc.
+void wait_for_memory(std::chrono::milliseconds most = std::chrono::seconds(10));
 
-// While it lives, operator new throws at once on this thread: for work that is given up without memory, and whose
-// memory the others wait for.
+// While it lives, operator new waits on this thread as long as it takes, and never throws: for threads that keep
+// promises, where no caller would catch what is thrown.
+class NeverFails {
+ public:
+  NeverFails();
+  ~NeverFails();
+  NeverFails(const NeverFails&) = delete;
+  NeverFails& operator=(const NeverFails&) = delete;
+};
+
+// While it lives, operator new throws at once on this thread, also beside NeverFails: for work that is given up without
+// memory, and whose memory the others wait for.
 class MayFail {
  public:
   MayFail();

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "api/digest.h"
+#include "server/heap.h"
 #include "server/memory_plan.h"
 
 namespace meshgauge::server {
@@ -44,11 +45,10 @@ Jobs::Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access,
       memory_(memory_for_meshes(settings)),
       measuring_(settings, std::move(fetch), metrics, threads_, memory_, stores.jobs),
       scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}),
-      unneeded_(stores, store_errors_),
+      upkeep_(settings, stores, store_errors_),
       watcher_(
           stores.jobs, store_errors_, metrics,
-          {seconds(settings.result_ttl_s), [this](const LiveJob& job, const store::Job& row) { ended(job, row); }}),
-      upkeep_(settings, stores, store_errors_) {
+          {seconds(settings.result_ttl_s), [this](const LiveJob& job, const store::Job& row) { ended(job, row); }}) {
   if (stores.shared) {
     queue_.emplace(stores.jobs, store_errors_);
   } else {
@@ -245,15 +245,15 @@ std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
 void Jobs::ended(const LiveJob& job, const store::Job& row) {
   if (!stores_.shared) return release_blobs(stores_, store_errors_, row.key.owner, row.mesh_a, row.mesh_b);
   for (const MeshSource* source : {&job.a, &job.b}) {
-    if (!source->id.empty() && !source->kept) unneeded_.add({job.key.owner, source->id});
+    if (!source->id.empty() && !source->kept) upkeep_.remove_unless_used({job.key.owner, source->id});
   }
 }
 
 void Jobs::maintain() {
+  const NeverFails never_fails;
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kMaintenanceInterval, [&] { return ending_; })) {
     lock.unlock();
-    unneeded_.remove_some();
     upkeep_.tick();
     lock.lock();
   }

@@ -145,12 +145,11 @@ class Jobs {
   MemoryBudget memory_;
   const Measuring measuring_;
   Scheduler scheduler_;
-  UnneededBlobs unneeded_;
+  Upkeep upkeep_;
   std::optional<StoreQueue> queue_;  // of the distributed form
   Watcher watcher_;
   std::optional<Worker> worker_;  // of the embedded form
-  Upkeep upkeep_;
-  std::mutex mutex_;  // guards ending_
+  std::mutex mutex_;              // guards ending_
   bool ending_ = false;
   std::condition_variable wake_;
   std::thread maintenance_;

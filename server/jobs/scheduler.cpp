@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "server/access/share.h"
+#include "server/heap.h"
 #include "server/settings.h"
 
 namespace meshgauge::server {
@@ -148,6 +149,7 @@ Scheduler::Entry Scheduler::take(Waiting::iterator next) {
 }
 
 void Scheduler::work() {
+  const NeverFails never_fails;
   lower_priority();
   std::unique_lock lock(mutex_);
   for (;;) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/heap.h"
+
 namespace meshgauge::server {
 namespace {
 
@@ -29,6 +31,7 @@ StoreQueue::~StoreQueue() {
 }
 
 void StoreQueue::keep_looking() {
+  const NeverFails never_fails;
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kPollInterval, [&] { return ending_; })) {
     lock.unlock();

@@ -29,14 +29,14 @@ bool due(std::chrono::steady_clock::time_point& next, milliseconds interval) {
 
 }  // namespace
 
-// Catches std::bad_alloc: the next tick tries again.
+// What is thrown is of one round: the next tick tries again.
 void Upkeep::tick() try {
   if (stores_.maps) stores_.maps->give_way();
   const bool on_duty = stores_.jobs.on_duty();
   const milliseconds quarter_lease(settings_.lease_ms / 4);
   const bool recovery = stores_.shared && on_duty;
   if (recovery && due(next_recovery_, std::min<milliseconds>(kRecoveryInterval, quarter_lease))) recover();
-  released_.remove_some();
+  unneeded_.remove_some();
   const bool steady = guard_.clock_is_steady();
   if (due(next_sweep_, kSweepInterval)) {
     if (on_duty && steady) sweep_rows();
@@ -68,7 +68,7 @@ void Upkeep::sweep_rows() {
   const auto expired = stores_.meshes.sweep_meshes(stores_.jobs.time());
   store_errors_.note(expired);
   if (!expired) return;
-  for (const store::BlobKey& mesh : *expired) released_.add(mesh);
+  for (const store::BlobKey& mesh : *expired) unneeded_.add(mesh);
 }
 
 void Upkeep::sweep_maps() {

@@ -20,10 +20,13 @@ class Upkeep {
       : settings_(settings),
         stores_(stores),
         store_errors_(store_errors),
-        released_(stores, store_errors),
+        unneeded_(stores, store_errors),
         guard_(stores, store_errors, std::move(uptime)) {}
 
-  void tick();  // does what is due. Call it once a second, on one thread; blocks for the stores
+  void tick();  // does what is due. Call it once a second, on one thread; blocks for the stores; throws nothing
+
+  // Soon removes the blob unless something refers to it. Any thread.
+  void remove_unless_used(store::BlobKey blob) { unneeded_.add(std::move(blob)); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -37,7 +40,7 @@ class Upkeep {
   const Settings settings_;
   const Stores stores_;
   StoreErrors& store_errors_;
-  UnneededBlobs released_;  // of meshes that have expired
+  UnneededBlobs unneeded_;
   SweepGuard guard_;
   // The first tick does everything: a service that is killed again and again must sweep, too.
   Clock::time_point next_recovery_ = Clock::now();

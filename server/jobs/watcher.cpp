@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "server/heap.h"
 #include "server/jobs/job_document.h"
 
 namespace meshgauge::server {
@@ -149,6 +150,7 @@ void Watcher::hear(const store::Signal& signal) {
 }
 
 void Watcher::watch_on() {
+  const NeverFails never_fails;
   auto next = LiveJob::Clock::now() + kReadInterval;
   std::unique_lock lock(mutex_);
   while (!ending_) {

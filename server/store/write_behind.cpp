@@ -4,6 +4,8 @@
 #include <cassert>
 #include <utility>
 
+#include "server/heap.h"
+
 namespace meshgauge::server::store {
 namespace {
 
@@ -101,6 +103,7 @@ Result<Done> WriteBehind::flush() {
 }
 
 void WriteBehind::write_in_background() {
+  const NeverFails never_fails;
   std::unique_lock lock(mutex_);
   while (!stopped_) {
     changed_.wait(lock, [this] { return stopped_ || !waiting_.empty() || !touches_.empty(); });

@@ -6,6 +6,8 @@
 
 #include <sqlite3.h>
 
+#include "server/heap.h"
+
 namespace meshgauge::server::store {
 namespace {
 
@@ -47,6 +49,7 @@ std::optional<Error> Writer::submit(std::function<void(Connection&)> work, Promi
 }
 
 void Writer::loop() {
+  const NeverFails never_fails;
   std::unique_lock lock(mutex_);
   while (true) {
     ready_.wait(lock, [&] { return ending_ || !waiting_.empty(); });

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/heap.h"
 #include "server/jobs/revived.h"
 #include "server/worker/worker.h"
 
@@ -20,6 +21,7 @@ constexpr unsigned kOpenings = 3;
 }  // namespace
 
 void Worker::claim_in_background() {
+  const NeverFails never_fails;
   std::unique_lock lock(mutex_);
   while (!ending_) {
     const bool any = !draining_ && !results_.full() && (buffer_.wanted() > 0 || buffer_.wants_guest());
@@ -134,6 +136,7 @@ HeldJobPtr Worker::held_of(const store::Claimed& claimed) const {
 }
 
 void Worker::open_in_background() {
+  const NeverFails never_fails;
   std::unique_lock lock(mutex_);
   while (!ending_) {
     if (const HeldJobPtr job = buffer_.to_open(Clock::now())) {

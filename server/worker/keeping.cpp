@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "server/heap.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {
@@ -29,6 +30,7 @@ std::optional<store::Progress> worth_telling(const HeldJob& job) {
 }  // namespace
 
 void Worker::keep_in_background() {
+  const NeverFails never_fails;
   auto next_beat = Clock::now() + options_.heartbeat;
   bool failing = false;
   std::unique_lock lock(mutex_);

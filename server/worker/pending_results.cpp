@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "server/heap.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {
@@ -71,6 +72,7 @@ bool PendingResults::wait_until_empty(Clock::time_point until) const {
 }
 
 void PendingResults::deliver_in_background() {
+  const NeverFails never_fails;
   auto pause = settings_.first_pause;
   std::unique_lock lock(mutex_);
   for (;;) {

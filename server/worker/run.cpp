@@ -13,6 +13,7 @@
 #include "api/refused.h"
 #include "server/access/entrance.h"
 #include "server/handlers/readiness.h"
+#include "server/heap.h"
 #include "server/jobs/upkeep.h"
 #include "server/memory_plan.h"
 #include "server/observe/log.h"
@@ -66,6 +67,7 @@ class UpkeepThread {
 
  private:
   void run(Upkeep& upkeep) {
+    const NeverFails never_fails;
     std::unique_lock lock(mutex_);
     while (!wake_.wait_for(lock, std::chrono::seconds(1), [this] { return ending_; })) {
       lock.unlock();

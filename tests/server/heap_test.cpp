@@ -3,13 +3,28 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <new>
 
 #include <doctest/doctest.h>
 
+using namespace meshgauge;
+
+TEST_CASE("heap: threads that keep promises wait for memory as long as it takes") {
+  server::wait_for_memory(std::chrono::milliseconds(0));
+  const std::new_handler handler = std::set_new_handler(nullptr);  // what operator new calls where memory is missing
+  const auto twice = [&] {
+    handler();
+    handler();
+  };
+  CHECK_THROWS_AS(twice(), std::bad_alloc);
+  const server::NeverFails never_fails;
+  CHECK_NOTHROW(twice());
+  const server::MayFail may_fail;
+  CHECK_THROWS_AS(handler(), std::bad_alloc);
+}
+
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #include <malloc.h>
-
-using namespace meshgauge;
 
 // By default glibc takes blocks of a size from its arenas once one of that size was freed.
 TEST_CASE("heap: large blocks stay mapped, also after some were freed") {

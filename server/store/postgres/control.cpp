@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 
+#include "server/heap.h"
+
 namespace meshgauge::server::store {
 namespace {
 
@@ -96,6 +98,7 @@ bool PgControl::is_well() const {
 }
 
 void PgControl::work() {
+  const NeverFails never_fails;
   bool was_connected = false;
   while (!stopped_) {
     try {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/heap.h"
+
 namespace meshgauge::server::store {
 namespace {
 
@@ -174,6 +176,7 @@ void PgPool::lose(const std::string& why) {
 }
 
 void PgPool::open_connections() {
+  const NeverFails never_fails;
   std::unique_lock lock(mutex_);
   while (!stopped_) {
     const bool needed = gone_since_ || (waiting_ > idle_.size() && open_ < settings_.max_connections);
