@@ -4,173 +4,50 @@ lives on, keeps what it promised, and gives no wrong answer (docs/testing.md).
 
 A point is a place in the program from which a call is made (faults.cpp). The load is run until it finds no new points;
 then each point fails once, and from then on until it is well again; a point that was not reached then is tried in a life
-of its own, and counted when it never was. Then the n-th call of each kind fails, wherever it is.
+of its own, in walk after walk until the sweeps have come, and counted when it never was. Then the n-th call of each kind
+fails, wherever it is.
 """
 
 import argparse
 import collections
 import contextlib
 import ctypes
-import errno
-import json
-import mmap
-import os
 import random
 import re
 import shutil
-import struct
+import signal
 import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from pathlib import Path
 
 import load
 import victim
-from ledger import Ledger
-from load import Client
-from victim import FORM, Gone, Victim, ask, multipart, square, until
+from shim import KINDS, SHIM, Faults, Maps
+from victim import Gone, Victim, ask, until
+from walk import HONEST, HonestLedger, User
 
-SHIM = os.environ.get("MESHGAUGE_FAULTS_LIBRARY", str(victim.ROOT / "build/tests/chaos/libfaults.so"))
-KINDS = ("read", "write", "sync", "map", "rename", "allocation", "thread", "connect")
-ERRORS = {"read": errno.EIO, "write": errno.ENOSPC, "sync": errno.EIO, "map": errno.ENOMEM, "rename": errno.EIO,
-          "allocation": errno.ENOMEM, "thread": errno.EAGAIN, "connect": errno.ECONNREFUSED}
-ORDERS = struct.Struct("iiiiqQq8q")
-SITE = struct.Struct("QiiQ")
-SITES = 1 << 14
 NO_RANDOM_ADDRESSES = 0x0040000
-HONEST = (429, 500, 503, 507)
 ANSWER_SECONDS = 20
 SHORT_SECONDS = 3  # while calls fail: the service waits for memory, too
 TRIES = 4  # to reach a point
-
-
-class Faults:
-    """The orders to the shim, and what it counts."""
-
-    def __init__(self, path):
-        path.write_bytes(bytes(ORDERS.size + SITES * SITE.size))
-        with open(path, "r+b") as file:
-            self.table = mmap.mmap(file.fileno(), 0)
-        self.path = path
-        self.process = 0
-
-    def _write(self, kind, error=0, lasting=0, after=0, place=0):
-        struct.pack_into("i", self.table, 4, -1)  # first: the others belong together
-        struct.pack_into("iiqQq", self.table, 8, error, lasting, after, place, 0)
-        struct.pack_into("i", self.table, 0, self.process)
-        struct.pack_into("i", self.table, 4, kind)
-
-    def watch(self, process):
-        self.process = process
-        self._write(-1)
-
-    def fail(self, kind, lasting, after=0, place=0):
-        self._write(KINDS.index(kind), ERRORS[kind], int(lasting), after, place)
-
-    def lift(self):
-        """Ends the failures; returns how many there were."""
-        struct.pack_into("i", self.table, 4, -1)
-        return ORDERS.unpack_from(self.table)[6]
-
-    def calls(self):
-        return dict(zip(KINDS, ORDERS.unpack_from(self.table)[7:]))
-
-    def points(self):
-        """The places seen so far: (kind, place) to calls."""
-        sites = (SITE.unpack_from(self.table, ORDERS.size + i * SITE.size) for i in range(SITES))
-        return {(KINDS[kind], place): calls for place, kind, failed, calls in sites if place}
-
-
 CUT_CONNECTIONS = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE backend_type = 'client backend' " \
                   "AND pid <> pg_backend_pid()"
-CUT_OFF = "the connection was closed before the body was complete"
-
-
-class HonestLedger(Ledger):
-    """A ledger that allows what a service may say whose system fails: that it could not."""
-
-    def violated(self, text):
-        if CUT_OFF not in text:  # what a failed read of a connection looks like
-            super().violated(text)
-
-    def check_answer(self, identity, job, answer, ended):
-        if answer.status in HONEST:
-            return self.count("honest")
-        super().check_answer(identity, job, answer, ended)
-
-    def _may_end(self, job, document):
-        if document["state"] == "failed" and document["problem"]["type"].rsplit(":", 1)[1] in ("internal", "storage-unavailable"):
-            self.count("failed honestly")
-            return True
-        return super()._may_end(job, document)
-
-
-class User(Client):
-    """Does everything once, in the same order each time."""
-
-    def __init__(self, ledger, seed):
-        super().__init__(ledger, "user", seed)
-        self.last_result = None
-
-    def walk(self, port, most_silent=2):
-        """Returns how many requests had no answer. Ends after so many: the rest would only wait as long."""
-        self.port = port
-        silent = 0
-        for act in (self.store_mesh, self.store_mesh, self.submit, self.submit_with_key, self.repeat, self.compare_now,
-                    self.compare_large, self.compare_by_id, self.map_of_last, self.batch, self.wait_a_little, self.look,
-                    self.ready, self.remove_job, self.delete_mesh):
-            try:
-                act()
-            except Gone:
-                silent += 1
-                if silent == most_silent:
-                    return silent
-        return silent
-
-    def compare_large(self):
-        """An upload that is a file, and a reader that it keeps busy."""
-        a, b = square(1, 60, self.new_name()), square(3, 60, self.new_name())
-        answer = self.post(multipart(a, b, {}), FORM, 2)
-        if answer.status == 200:
-            self.last_result = answer.json()["id"]
-
-    def map_of_last(self):
-        if self.last_result:
-            answer = ask(self.port, "GET", "/v1/comparisons/%s/deviation.ply" % self.last_result)
-            if answer.status == 200 and not answer.body.startswith(b"ply"):
-                self.ledger.violated("a map that is none: %r" % answer.body[:100])
-            elif answer.status not in (200, 404, 409, 410, *HONEST):
-                self.ledger.violated("a map: %d %s" % (answer.status, answer.body[:200]))
-
-    def batch(self):
-        pairs = [{"name": "p", "a": {"part": "a"}, "b": {"part": "b"}}]
-        body = b""
-        for name, filename, data in (("manifest", "", json.dumps({"comparisons": pairs}).encode()),
-                                     ("a", "a.obj", square(1, 1, self.new_name())), ("b", "b.obj", square(2, 1, self.new_name()))):
-            extra = '; filename="%s"' % filename if filename else ""
-            body += b'--xyz\r\nContent-Disposition: form-data; name="%s"%s\r\n\r\n%s\r\n' % (name.encode(), extra.encode(), data)
-        answer = ask(self.port, "POST", "/v1/batches", body + b"--xyz--\r\n", FORM)
-        self.ledger.count("batches" if answer.status == 202 else "batches refused")
-
-    def ready(self):
-        for path in ("/readyz", "/healthz", "/metrics"):
-            answer = ask(self.port, "GET", path)
-            if answer.status not in (200, *HONEST):
-                self.ledger.violated("%s: %d" % (path, answer.status))
 
 
 class Campaign:
     """`database`: a PostgreSQL of a front end and a worker, of which `fails` is the one whose calls fail; else one service does all."""
 
-    def __init__(self, folder, seed, verbose, database=None, fails="serve"):
-        self.database, self.fails = database, fails
+    def __init__(self, folder, seed, patience, verbose, database=None, fails="serve"):
+        self.database, self.fails, self.patience = database, fails, patience
         self.folder, self.verbose, self.dice = folder, verbose, random.Random(seed)
         (folder / "tmp").mkdir()
         self.faults = Faults(folder / "faults")
         self.ledger = HonestLedger()
         self.user = User(self.ledger, seed)
-        self.deaths, self.reached, self.unreached, self.silent = [], set(), set(), 0
+        self.deaths, self.chosen, self.reached, self.unreached, self.silent = [], [], set(), set(), 0
         self.quiet_faults = 0
         self.newest = self.waits_for = None
         self.server = self.other = None
@@ -189,29 +66,18 @@ class Campaign:
         self.server = self.run(self.fails)
         self.port = (self.other if self.fails == "worker" else self.server).port
         [victim.ENVIRONMENT.pop(name) for name in ("LD_PRELOAD", "MESHGAUGE_FAULTS")]
-        self.maps = Path("/proc/%d/maps" % self.server.process.pid).read_text()
+        self.maps = Maps(self.server.process.pid)
         self.faults.watch(self.server.process.pid)
-
-    def name_of(self, place):
-        """The function of a place."""
-        for line in self.maps.splitlines():
-            fields = line.split()
-            begin, end = (int(one, 16) for one in fields[0].split("-"))
-            if begin <= place < end and len(fields) > 5:
-                offset = place - begin + int(fields[2], 16)
-                names = subprocess.run(["addr2line", "-Cfpie", fields[5], hex(offset - 1)], capture_output=True, text=True)
-                return "%s+%x %s" % (Path(fields[5]).name, offset, names.stdout.splitlines()[0][:160] if names.stdout else "")
-        return hex(place)
 
     def stack(self):
         """The functions of ours and of libraries in which the service died, the innermost first."""
         frames = re.findall(r"^(\S+)\((?:[^)+]*)\+?(0x[0-9a-f]+)?\) ?\[(0x[0-9a-f]+)\]", "".join(self.server.log), re.M)
-        return [self.name_of(int(address, 16)) + "\n" for path, offset, address in frames]
+        return [self.maps.name_of(int(address, 16)) + "\n" for path, offset, address in frames]
 
     def discover(self):
-        """Runs the load until it finds no new points: self.seen."""
-        known, quiet = 0, 0
-        while quiet < 3:
+        """Runs the load until it finds no new points, and all sweeps have come: self.seen."""
+        known, quiet, end = 0, 0, time.monotonic() + self.patience
+        while quiet < 3 or time.monotonic() < end:
             self.user.walk(self.port)
             self.settle()
             found = len(self.faults.points())
@@ -221,6 +87,9 @@ class Campaign:
 
     def settle(self):
         """Waits until the service is well again, and checks every promise of the last steps."""
+        if self.other and self.other.process.poll() is not None:
+            self.ledger.violated("the other process ended, after %s: %s" % (self.newest_failure(), "".join(self.other.log[-20:])))
+            sys.exit("there is no service without it")
         port, self.waits_for = self.port, "readiness"
         try:
             until(lambda: ask(port, "GET", "/readyz").status == 200, 30)
@@ -246,17 +115,22 @@ class Campaign:
         if (state, answer.status) in (("stored", 404), ("deleted", 200)):
             self.ledger.violated("the mesh %s, %s: %d" % (identity, state, answer.status))
 
-    def strike(self, kind, lasting, after=0, place=0):
-        """One failure, or many from one on, under the load; returns how many there were."""
+    def strike(self, kind, lasting, after=0, place=0, patience=0):
+        """One failure, or many from one on, in one walk or until some are reached, for `patience` seconds; returns how many
+        there were."""
         lines, refusals = self.server.lines, self.refusals()
         self.newest = kind, lasting, after, place
         self.faults.fail(kind, lasting, after, place)
-        if kind == "connect" and self.database:
-            self.database.query(CUT_CONNECTIONS)
         victim.ANSWER_SECONDS = SHORT_SECONDS
-        self.silent += self.user.walk(self.port, 1 if kind == "allocation" else 2)
+        end, walks = time.monotonic() + patience, 0
+        while walks == 0 or not (self.faults.failed() or time.monotonic() > end or self.server.process.poll() is not None):
+            if self.database and (kind == "connect" or walks % 2 == 1):  # much is called for new connections alone
+                self.database.query(CUT_CONNECTIONS)
+            self.silent += self.user.walk(self.port, 1 if kind == "allocation" else 2)
+            walks += 1
         victim.ANSWER_SECONDS = ANSWER_SECONDS
-        failed = self.faults.lift()
+        self.faults.lift()
+        failed = self.faults.failed()
         if failed and self.refusals() == refusals and self.server.lines == lines:
             self.quiet_faults += 1
         if self.server.process.poll() is None:
@@ -272,7 +146,7 @@ class Campaign:
         if not self.newest:
             return "nothing"
         kind, lasting, after, place = self.newest
-        return "%s %s %s" % (kind, "lasting" if lasting else "once", self.name_of(place) if place else "call %d" % after)
+        return "%s %s %s" % (kind, "lasting" if lasting else "once", self.maps.name_of(place) if place else "call %d" % after)
 
     def bury(self):
         self.server.reader.join()
@@ -290,15 +164,18 @@ class Campaign:
                 (self.reached if hits else self.unreached).add((kind, place))
             if self.verbose and (number % 50 == 49 or kind != "allocation"):
                 print("%5d points, %d deaths, %d violations, %s" % (
-                    number + 1, len(self.deaths), len(self.ledger.violations), self.name_of(place)), flush=True)
+                    number + 1, len(self.deaths), len(self.ledger.violations), self.maps.name_of(place)), flush=True)
 
-    def fail_first_calls(self):
-        """Fails each point that was not reached in a life of its own: the first requests of a life fill tables that last."""
-        for kind, place in sorted(self.unreached - self.reached):
+    def fail_rare_points(self, points):
+        """Fails each point in a life of its own: the first requests of a life fill tables that last, and its first second
+        sweeps all."""
+        for number, (kind, place) in enumerate(points):
             for lasting in (False, True):
                 self.restart()
-                if self.strike(kind, lasting, place=place):
-                    self.reached.add((kind, place))
+                hits = self.strike(kind, lasting, place=place, patience=self.patience)
+                (self.reached if hits else self.unreached).add((kind, place))
+                if self.verbose:
+                    print("%5d of %d alone, %s, %s: %d" % (number + 1, len(points), kind, self.maps.name_of(place), hits), flush=True)
 
     def fail_calls(self, kind, most):
         """Fails the n-th call of a kind, for each n, until the load makes no more."""
@@ -308,7 +185,13 @@ class Campaign:
             self.strike(kind, True, after=after)
 
     def restart(self):
-        self.server.stop()
+        try:
+            self.server.stop()
+        except AssertionError:
+            return self.bury()
+        except subprocess.TimeoutExpired:
+            self.ledger.violated("it does not end, after " + self.newest_failure())
+            self.server.kill()
         self.start()
 
     def check_all(self):
@@ -316,24 +199,51 @@ class Campaign:
         self.restart()
         for identity, job in self.ledger.jobs.items():
             if job.state == "accepted" and not job.document:
-                until(lambda: self.has_ended(identity, job), 60)
+                try:
+                    until(lambda: self.has_ended(identity, job), 60)
+                except AssertionError:
+                    self.ledger.violated("it never ends: the job " + identity)
         for identity, state in self.ledger.meshes.items():
             self.check_mesh(identity, state)
-        self.server.stop()
-        if self.other:
-            self.other.stop()
+        self.restart()
+
+    def attack(self, arguments):
+        """Everything: the points chosen, those that were not reached alone, the n-th calls."""
+        part, parts = arguments.part
+        self.discover()
+        if arguments.only:
+            named = re.findall(r"^not reached: (\w+) (\S+)\+([0-9a-f]+) ", Path(arguments.only).read_text(), re.M)
+            places = ((kind, self.maps.place_of(name, int(offset, 16))) for kind, name, offset in named)
+            self.chosen = sorted({(kind, place) for kind, place in places if place and place % parts == part})
+            return self.fail_rare_points(self.chosen)
+        kinds = arguments.kinds or KINDS
+        seen = [(kind, place) for kind, place in sorted(self.seen) if kind in kinds and place % parts == part]
+        self.dice.shuffle(seen)
+        few = [one for one in seen if one[0] != "allocation"]
+        allocations = [one for one in seen if one[0] == "allocation"]
+        self.chosen = few + (allocations if arguments.points is None else allocations[:arguments.points])
+        self.fail_points(self.chosen)
+        self.fail_rare_points(sorted(self.unreached - self.reached))
+        for kind in kinds[part::parts]:
+            self.fail_calls(kind, arguments.calls)
+
+    def close(self):
+        for process in (self.server, self.other):
+            if process:
+                process.process.kill()
+                process.process.wait()
 
 
-def report(campaign, began, seen):
-    by_kind = collections.Counter(kind for kind, place in seen)
+def report(campaign, began):
+    by_kind = collections.Counter(kind for kind, place in campaign.chosen)
     missed = campaign.unreached - campaign.reached
-    for kind, place in sorted(missed)[:20]:
-        print("not reached: %s %s" % (kind, campaign.name_of(place)))
+    for kind, place in sorted(missed):
+        print("not reached: %s %s" % (kind, campaign.maps.name_of(place)))
     for text in campaign.ledger.violations[:20]:
         print("VIOLATION: " + text)
     print("faults: %d points (%s), %d reached, %d not; %d jobs promised, %s; %d requests without an answer, %d failures without "
           "a word; deaths: %d, violations: %d; %.0f s" % (
-              len(seen), ", ".join("%s %d" % one for one in sorted(by_kind.items())), len(campaign.reached), len(missed),
+              len(campaign.chosen), ", ".join("%s %d" % one for one in sorted(by_kind.items())), len(campaign.reached), len(missed),
               len(campaign.ledger.jobs), ", ".join("%s %d" % one for one in sorted(campaign.ledger.counts.items())),
               campaign.silent, campaign.quiet_faults, len(campaign.deaths), len(campaign.ledger.violations),
               time.monotonic() - began))
@@ -360,23 +270,30 @@ def run(arguments, database):
     load.REFUSED = HONEST
     ctypes.CDLL(None).personality(ctypes.c_ulong(NO_RANDOM_ADDRESSES))
     folder = Path(tempfile.mkdtemp(prefix="meshgauge-faults-"))
-    began = time.monotonic()
+    began, campaign = time.monotonic(), None
     try:
-        campaign = Campaign(folder, arguments.seed, not arguments.quiet, database, arguments.fails)
-        campaign.discover()
-        seen = [one for one in sorted(campaign.seen) if not arguments.kinds or one[0] in arguments.kinds]
-        campaign.dice.shuffle(seen)
-        few = [one for one in seen if one[0] != "allocation"]
-        allocations = [one for one in seen if one[0] == "allocation"]
-        chosen = few + (allocations if arguments.points is None else allocations[:arguments.points])
-        campaign.fail_points(chosen)
-        campaign.fail_first_calls()
-        for kind in arguments.kinds or KINDS:
-            campaign.fail_calls(kind, arguments.calls)
+        campaign = Campaign(folder, arguments.seed, arguments.patience, not arguments.quiet, database, arguments.fails)
+        campaign.attack(arguments)
         campaign.check_all()
-        return report(campaign, began, chosen)
+        return report(campaign, began)
+    except BaseException:  # of a signal, too: the report is what it has seen until then
+        traceback.print_exc(file=sys.stdout)
+        if campaign:
+            report(campaign, began)
+        print("ENDED EARLY", flush=True)
+        return 1
     finally:
+        if campaign:
+            campaign.close()
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def part_of(text):
+    """K/N as (K - 1, N)."""
+    part, parts = (int(one) for one in text.split("/"))
+    if not 1 <= part <= parts:
+        raise ValueError
+    return part - 1, parts
 
 
 def main():
@@ -385,10 +302,15 @@ def main():
     parser.add_argument("--points", type=int, help="only so many of the places that allocate, drawn by the seed")
     parser.add_argument("--calls", type=int, default=200, help="the n-th call of a kind, up to this n")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, help="only these kinds of calls")
+    parser.add_argument("--part", type=part_of, default=(0, 1), metavar="K/N", help="the K-th of N parts, which may run beside each other")
+    parser.add_argument("--only", metavar="LOG", help="only the places not reached of an earlier log of this build")
+    parser.add_argument("--patience", type=float, default=40, help="seconds for a place that is rarely reached; sweeps come each 30 s")
     parser.add_argument("--distributed", action="store_true", help="a front end and a worker on a PostgreSQL")
     parser.add_argument("--fails", choices=("serve", "worker"), default="serve", help="of these two, whose calls fail")
     parser.add_argument("--quiet", action="store_true", help="only what fails, and the last line")
     arguments = parser.parse_args()
+    for one in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(one, lambda number, frame: sys.exit("signal %d" % number))
     print("seed %d" % arguments.seed, flush=True)
     with database_of(arguments) as database:
         sys.exit(run(arguments, database))
