@@ -241,12 +241,13 @@ class Rivals(Folder):
         path.write_text(
             "# measured elsewhere\n# pair\ttolerance\ttriangles of A\tof B\tx\ty\tmeshgauge\n"
             "half/a\t0.0001\t8\t4\t8.0\t2.0\t1.0\nhalf/b\t0.0001\t8\t4\ttimeout\t8.0\t1.0\n"
+            "half/c\t0.0001\t8\t4\t0\t8.0\t1.0\n"
         )
         record = rivals.Record.read(path)
         table = record.table()
         self.assertIn("Measured elsewhere.", table)
-        self.assertIn("| x | 0.0001 | 2 | 8.00x | 8.00x | 8.00x | 1 | 1 |", table)
-        self.assertIn("| the faster of them | 0.0001 | 2 | 4.00x | 2.00x | 8.00x | 0 | 0 |", table)
+        self.assertIn("| x | 0.0001 | 3 | 8.00x | 8.00x | 8.00x | 1 | 1 | 1 |", table)
+        self.assertIn("| the faster of them | 0.0001 | 3 | 4.00x | 2.00x | 8.00x | 0 | 0 | 1 |", table)
         self.assertIn("| half | 0.0001 | 2 | 4.00x |", record.by_kind())
         path.write_text("# pair\ttolerance\tx\tmeshgauge\nhalf/a\t0.1\t8.0\n")
         with self.assertRaisesRegex(SystemExit, "line 2"):

@@ -45,8 +45,8 @@ class Profile:
     reading_size: int = 1_000_000
     reading_formats: tuple = (".obj", ".obj.gz", ".stl", ".ply", ".glb")
     thread_sizes: tuple = (64_000, 256_000, 1_024_000)
-    most_bytes_of_tightness: int = 2 << 20  # of both files
-    tightness_sample: int = 500  # triangles
+    most_bytes_of_tightness: int = 1 << 19  # of both files
+    tightness_sample: int = 100  # triangles; all of TIGHTNESS_PAIR
 
 
 QUICK = Profile(

@@ -133,7 +133,7 @@ class Record:
             cases = [times for _, at, times in self.rows if at == tolerance]
             names = [name for name in cases[0] if name != "meshgauge"]
             for name in [*names, "the faster of them"] if len(names) > 1 else names:
-                ratios, over, alone = _ratios(cases, [name] if name in names else names)
+                ratios, over, alone, short = _ratios(cases, [name] if name in names else names)
                 rows.append(
                     (
                         name,
@@ -144,9 +144,11 @@ class Record:
                         text.ratio(max(ratios)) if ratios else "–",
                         over,
                         alone,
+                        short,
                     )
                 )
         header = ("over", "tolerance", "pairs", "geometric mean", "least", "most", "not finished", "only `auto` finishes")
+        header += ("too short to measure",)
         return "\n".join([*(f"{note[:1].upper()}{note[1:]}." for note in self.notes), "", text.table(header, rows)])
 
     def by_kind(self):
@@ -170,12 +172,14 @@ def _seconds(cell):
 
 
 def _ratios(cases, names):
-    """Speed-ups over the fastest of the named ones; how often none of them finishes; how often meshgauge does alone."""
-    ratios, over, alone = [], 0, 0
+    """Speed-ups over the fastest of the named ones; how often none of them finishes; how often meshgauge does alone; how
+    often a time is 0, which gives no ratio."""
+    ratios, over, alone, short = [], 0, 0, 0
     for times in cases:
         own, finished = times["meshgauge"], [times[name] for name in names if times[name] is not None]
         over += not finished
         alone += not finished and own is not None
-        if finished and own:
+        short += bool(finished) and (not min(finished) or own == 0)
+        if finished and min(finished) and own:
             ratios.append(min(finished) / own)
-    return ratios, over, alone
+    return ratios, over, alone, short

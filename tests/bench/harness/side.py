@@ -11,6 +11,7 @@ import sys
 import time
 
 from . import pairs
+from .plan import TIGHTNESS_PAIR
 from .progress import Progress
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -27,8 +28,9 @@ def measure_tightness(programs, chosen, folder, sample):
     for pair in chosen:
         meshes = pairs.content_hash(pair.a) + pairs.content_hash(pair.b)
         if meshes not in known:
+            count = 1000 if pair.name == TIGHTNESS_PAIR else sample
             done = subprocess.run(
-                [programs.tightness, pair.a, pair.b, "--pair", pair.name, "--sample", str(sample)],
+                [programs.tightness, pair.a, pair.b, "--pair", pair.name, "--sample", str(count)],
                 capture_output=True,
                 text=True,
                 check=False,
