@@ -129,8 +129,9 @@ class Server:
         if user is not None:
             os.chown(self.data_dir.name, user, -1)
             reach["TMPDIR"] = EVERYBODYS
-        # However full the disk of the tests is, maps are kept.
-        kept = {"MESHGAUGE_DATA_DIR": os.path.join(self.data_dir.name, "data"), "MESHGAUGE_MAP_CACHE_ROOM_BYTES": "0"}
+        # However full the disk of the tests is, maps are kept; however slow their machine is, comparisons end.
+        kept = {"MESHGAUGE_DATA_DIR": os.path.join(self.data_dir.name, "data"), "MESHGAUGE_MAP_CACHE_ROOM_BYTES": "0",
+                "MESHGAUGE_DEFAULT_TIMEOUT_MS": "180000"}
         self.process = subprocess.Popen(
             [*program, "serve", "--port", "0", *flags], stderr=subprocess.PIPE,
             env={**ENVIRONMENT, **reach, **kept, **(environment or {})}, user=user)

@@ -64,8 +64,8 @@ class Alignment(ServerCase):
         with tempfile.TemporaryDirectory() as folder:
             for name, mesh in (("a.obj", AWAY), ("b.obj", PART)):
                 Path(folder, name).write_bytes(mesh)
-            run = subprocess.run([BINARY, "check", "a.obj", "b.obj", "--max-distance", "9", "--align", json.dumps(align), "--json",
-                                  "--server", "http://127.0.0.1:%d" % self.server.port], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=100)
+            run = subprocess.run([BINARY, "check", "a.obj", "b.obj", "--max-distance", "9", "--align", json.dumps(align), "--json", "--timeout", "180 s",
+                                  "--server", "http://127.0.0.1:%d" % self.server.port], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
             self.assertEqual(run.returncode, 0, run.stderr)
 
     def test_a_scan_fits(self):
@@ -104,12 +104,12 @@ class Alignment(ServerCase):
             for name, mesh in (("a.obj", AWAY), ("b.obj", PART)):
                 Path(folder, name).write_bytes(mesh)
             Path(folder, "gates.yaml").write_text(
-                "version: 1\ndefaults: {max_distance: 0.001, threads: 1}\ngates:\n"
+                "version: 1\ndefaults: {max_distance: 0.001, threads: 1, timeout: 180 s}\ngates:\n"
                 "  - {name: fits, candidate: a.obj, baseline: b.obj, align: rigid}\n"
                 "  - {name: turned, candidate: a.obj, baseline: b.obj, align: %s}\n" % json.dumps(QUARTER))
 
             def gates(*flags):
-                run = subprocess.run([BINARY, "check", "gates.yaml", "--json", *flags], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=100)
+                run = subprocess.run([BINARY, "check", "gates.yaml", "--json", *flags], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
                 self.assertEqual(run.returncode, 1, run.stderr)
                 return json.loads(run.stdout)["gates"]
             here, there = gates(), gates("--server", "http://127.0.0.1:%d" % self.server.port)
@@ -118,7 +118,7 @@ class Alignment(ServerCase):
                 self.assertEqual((one["verdict"], one["comparison"]["alignment"]), (other["verdict"], other["comparison"]["alignment"]))
                 self.assertIn("the candidate was moved before it was measured", one["notes"][0])
             run = subprocess.run([BINARY, "check", "a.obj", "b.obj", "--max-distance", "0.001", "--align", "rigid", "--markdown", "-", "--deviation", "map.ply"],
-                                 cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=100)
+                                 cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("the candidate was moved", run.stdout)
             self.assertLess(max(ply_of(Path(folder, "map.ply").read_bytes())[1]), 1e-9)
