@@ -108,7 +108,9 @@ def stages(results, experiment):
         else:
             name, times = plan.model(pair)
             shape = name or base.rpartition("_of_")[0].rpartition("_")[0] or base
-            order, label = -first["triangles_a"], f"dec{times}" if times else text.count(first["triangles_a"])
+            is_made = "_of_" in base
+            label = f"dec{times}" if times else text.count(first["at"]) if is_made else "original"
+            order = -first["at"] if is_made else times
         found.setdefault(shape, []).append((order, label, by_name))
     return {shape: [case[1:] for case in sorted(cases, key=lambda c: c[0])] for shape, cases in found.items()}
 
