@@ -217,6 +217,9 @@ class Reduced(unittest.TestCase):
         self.assertIn("over the fastest of `x`, `y`, `z`", tables.by_kind(found))
         self.assertIn("samples of `s` | 0.0001 | 1 of 1 | 5.00x | 5.00x | 10 % | 10 % |", tables.samples(found))
         self.assertNotIn("`s`", tables.finished(found))
+        runs += [row(pair="q", contender="x", program="2"), row(pair="q")]
+        self.assertIn("several builds (x: 2)", tables.mixed(results.Results(runs)))
+        self.assertIn("come from one build", tables.mixed(found))
 
 
 class Rivals(Folder):

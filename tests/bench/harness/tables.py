@@ -40,7 +40,8 @@ def mixed(results):
     programs = collections.defaultdict(set)
     for by_name in results.cases.values():
         for name, result in by_name.items():
-            programs["CGAL" if name == "cgal" else "meshgauge"].add(result["program"])
+            is_other = name == "cgal" or name in results.published()
+            programs[name if is_other else "meshgauge"].add(result["program"])
     several = [f"{name}: {len(found)}" for name, found in programs.items() if len(found) > 1]
     if several:
         return f"**The figures below come from several builds ({', '.join(several)}): not a record.**"
