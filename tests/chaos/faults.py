@@ -33,6 +33,7 @@ NO_RANDOM_ADDRESSES = 0x0040000
 ANSWER_SECONDS = 20
 SHORT_SECONDS = 3  # while calls fail: the service waits for memory, too
 TRIES = 4  # to reach a point
+LIVES = 3  # for a point that is rarely reached
 CUT_CONNECTIONS = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE backend_type = 'client backend' " \
                   "AND pid <> pg_backend_pid()"
 
@@ -48,7 +49,7 @@ class Campaign:
         self.ledger = HonestLedger()
         self.user = User(self.ledger, seed)
         self.deaths, self.chosen, self.reached, self.unreached, self.silent = [], [], set(), set(), 0
-        self.quiet_faults = 0
+        self.promised = self.quiet_faults = 0
         self.newest = self.waits_for = None
         self.server = self.other = None
         if database:
@@ -167,12 +168,15 @@ class Campaign:
                     number + 1, len(self.deaths), len(self.ledger.violations), self.maps.name_of(place)), flush=True)
 
     def fail_rare_points(self, points):
-        """Fails each point in a life of its own: the first requests of a life fill tables that last, and its first second
-        sweeps all."""
+        """Fails each point in lives of its own: the first requests of a life fill tables that last, and its first second
+        sweeps all. All lives but the first begin with an empty store: tables of what it holds grow by steps."""
         for number, (kind, place) in enumerate(points):
             for lasting in (False, True):
-                self.restart()
-                hits = self.strike(kind, lasting, place=place, patience=self.patience)
+                hits = 0
+                for life in range(LIVES):
+                    if not hits:
+                        self.restart(anew=life > 0)
+                        hits = self.strike(kind, lasting, place=place, patience=self.patience)
                 (self.reached if hits else self.unreached).add((kind, place))
                 if self.verbose:
                     print("%5d of %d alone, %s, %s: %d" % (number + 1, len(points), kind, self.maps.name_of(place), hits), flush=True)
@@ -184,7 +188,12 @@ class Campaign:
                 break
             self.strike(kind, True, after=after)
 
-    def restart(self):
+    def restart(self, anew=False):
+        """`anew`: on an empty data directory, after a look at all that the old one promises."""
+        if anew and not self.database:
+            self.check_promises()
+            self.promised += len(self.ledger.jobs)
+            self.ledger.jobs, self.ledger.meshes, self.ledger.keys, self.user = {}, {}, {}, User(self.ledger, self.dice.random())
         try:
             self.server.stop()
         except AssertionError:
@@ -192,11 +201,17 @@ class Campaign:
         except subprocess.TimeoutExpired:
             self.ledger.violated("it does not end, after " + self.newest_failure())
             self.server.kill()
+        if anew:
+            shutil.rmtree(self.folder / ("data-" + self.fails))
         self.start()
 
     def check_all(self):
         """Every promise of the whole campaign, after a restart."""
         self.restart()
+        self.check_promises()
+        self.restart()
+
+    def check_promises(self):
         for identity, job in self.ledger.jobs.items():
             if job.state == "accepted" and not job.document:
                 try:
@@ -205,7 +220,6 @@ class Campaign:
                     self.ledger.violated("it never ends: the job " + identity)
         for identity, state in self.ledger.meshes.items():
             self.check_mesh(identity, state)
-        self.restart()
 
     def attack(self, arguments):
         """Everything: the points chosen, those that were not reached alone, the n-th calls."""
@@ -244,10 +258,10 @@ def report(campaign, began):
     print("faults: %d points (%s), %d reached, %d not; %d jobs promised, %s; %d requests without an answer, %d failures without "
           "a word; deaths: %d, violations: %d; %.0f s" % (
               len(campaign.chosen), ", ".join("%s %d" % one for one in sorted(by_kind.items())), len(campaign.reached), len(missed),
-              len(campaign.ledger.jobs), ", ".join("%s %d" % one for one in sorted(campaign.ledger.counts.items())),
+              campaign.promised + len(campaign.ledger.jobs), ", ".join("%s %d" % one for one in sorted(campaign.ledger.counts.items())),
               campaign.silent, campaign.quiet_faults, len(campaign.deaths), len(campaign.ledger.violations),
               time.monotonic() - began))
-    return 1 if campaign.deaths or campaign.ledger.violations or not campaign.ledger.jobs else 0
+    return 1 if campaign.deaths or campaign.ledger.violations or not campaign.promised + len(campaign.ledger.jobs) else 0
 
 
 @contextlib.contextmanager

@@ -41,8 +41,8 @@ class User(Client):
         self.port = port
         silent = 0
         for act in (self.store_mesh, self.store_mesh, self.submit, self.submit_with_key, self.repeat, self.compare_now,
-                    self.compare_large, self.compare_by_id, self.compare_grids, self.map_of_last, self.batch, self.wait_a_little,
-                    self.look, self.unknown, self.ready, self.remove_job, self.delete_mesh):
+                    self.compare_large, self.compare_by_id, self.compare_grids, self.submit_endless, self.map_of_last, self.batch,
+                    self.wait_a_little, self.look, self.unknown, self.ready, self.remove_job, self.delete_mesh):
             try:
                 act()
             except Gone:
