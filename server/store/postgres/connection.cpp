@@ -197,7 +197,8 @@ PgRows PgConnection::finish(bool sent) {
 const std::string& PgConnection::prepared(const char* sql, const PgValues& values) {
   const auto found = names_.find(sql);
   if (found != names_.end()) return found->second;
-  const std::string name = "s" + std::to_string(names_.size());
+  // A name of its own for each try: the server may know a statement whose preparation failed here.
+  const std::string name = "s" + std::to_string(prepared_++);
   finish(PQsendPrepare(connection_.get(), name.c_str(), sql, values.size(), values.types()) != 0);
   return names_.emplace(sql, name).first->second;
 }

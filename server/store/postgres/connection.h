@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -84,6 +85,7 @@ class PgConnection {
   bool lost_ = false;
   bool unreplicated_ = false;  // a commit stopped waiting for the standby
   std::unordered_map<std::string_view, std::string> names_;
+  std::uint64_t prepared_ = 0;  // statements, also those that failed
 };
 
 // A transaction; rolled back by the destructor unless commit() was called.

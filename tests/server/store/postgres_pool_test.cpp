@@ -46,6 +46,19 @@ class Frugal {
 
 }  // namespace
 
+TEST_CASE("connections: a statement that the server alone knows blocks no other") {
+  PostgresForTests stores;
+  const auto connection = PgConnection::open(stores.database());
+  connection->execute("PREPARE s0 AS SELECT 1");  // as when the memory ends after the server's answer
+  const auto two = [&] {
+    PgRows row = connection->query("SELECT 2::int8");
+    row.next();
+    return row.number(0);
+  };
+  CHECK_THROWS_AS((void)two(), PgFailure);
+  CHECK(two() == 2);
+}
+
 TEST_CASE("connections: a late caller takes no connection from others") {
   constexpr int kAllTheTime = 100;  // times the call_timeout
   PostgresForTests stores;
