@@ -31,13 +31,14 @@ struct RemoteOptions {
   // Time to retry transient failures: of a service that has answered before; of one that never has.
   std::chrono::milliseconds retry_time{300'000};
   std::chrono::milliseconds first_contact{10'000};
+  std::chrono::milliseconds cancel_time{2000};  // for a cancellation to reach the service and to be answered
 };
 
 // Creates the measurer; sends nothing before the first measure(). Errors: invalid_request if the URL or the key is
 // unusable, or if the key would travel over http to another machine. Uses the proxies of the environment (http_proxy,
 // https_proxy, no_proxy), except for a key that goes to this machine over http. Certificates are always checked.
 //
-// A cancelled measure() ends within about two seconds, with the service's interval so far. The gate's timeout limits
+// A cancelled measure() ends within about `cancel_time`, with the service's interval so far. The gate's timeout limits
 // the comparison, not the uploads; a late answer is awaited for `retry_time`.
 Result<std::unique_ptr<Measurer>> remote(const RemoteOptions& options);
 

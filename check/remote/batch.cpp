@@ -25,7 +25,6 @@ constexpr std::size_t kShareOfRead = 8;
 constexpr std::chrono::seconds kReadEvery{5};
 constexpr milliseconds kFirstBatchPoll{50};  // many small pairs have ended by then
 constexpr milliseconds kTimeOfLine{200};     // for each result, in the time limit of the exchange that reads them
-constexpr milliseconds kLastResults{1000};   // time to read the results of a cancelled batch
 
 std::string path_of(const std::string& id) { return "/v1/batches/" + id; }
 
@@ -163,16 +162,17 @@ void Batch::take(BatchLine line) {
 // Cancelled while the batch was being submitted: submits it again with the same key, which returns the same batch,
 // and cancels that.
 Batch::Outcome Batch::abandon() {
-  const HttpAnswer reply = client_.once(request(), after(kCancelTime));
+  const HttpAnswer reply = client_.once(request(), after(client_.cancel_time()));
   const auto batch = reply.status == 202 ? ours(reply) : std::nullopt;
   return batch ? cancel(batch->id) : Outcome{Fate::cancelled, {}};
 }
 
 // Cancels the batch and reads its results, with the intervals of comparisons that had begun.
 Batch::Outcome Batch::cancel(const std::string& id) {
-  end_there(id, after(kCancelTime - kLastResults));
+  const milliseconds each = client_.cancel_time() / 2;
+  end_there(id, after(each));
   BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
-  client_.once(results_request(id, results), after(kLastResults));
+  client_.once(results_request(id, results), after(each));
   return {Fate::cancelled, {}};
 }
 

@@ -48,7 +48,10 @@ net::HttpSettings http_settings(const RemoteOptions& options, const std::string&
 Error cancelled() { return {ErrorCode::out_of_time, "cancelled before there was an interval", "", ""}; }
 
 Client::Client(const RemoteOptions& options, const std::string& base)
-    : http_(http_settings(options, base)), retry_time_(options.retry_time), first_contact_(options.first_contact) {}
+    : http_(http_settings(options, base)),
+      retry_time_(options.retry_time),
+      first_contact_(options.first_contact),
+      cancel_time_(options.cancel_time) {}
 
 Result<HttpAnswer> Client::ask(const HttpRequest& request, Control& control, const std::function<void()>& refused) {
   Retries retries(retry_time_, first_contact_);

@@ -32,6 +32,7 @@ class Client {
   const std::string& base() const { return http_.settings().base; }
   bool has_key() const { return !http_.settings().key.empty(); }
   std::chrono::milliseconds retry_time() const { return retry_time_; }
+  std::chrono::milliseconds cancel_time() const { return cancel_time_; }
 
   // Sends the request, again after transient failures. Returns the last reply: a success, a permanent refusal, or a
   // failure that outlasted `retry_time`. Errors: cancelled(), or why there is no reply. Calls `refused` for each 429
@@ -48,6 +49,7 @@ class Client {
   net::HttpClient http_;
   const std::chrono::milliseconds retry_time_;
   const std::chrono::milliseconds first_contact_;
+  const std::chrono::milliseconds cancel_time_;
   std::atomic<bool> reached_{false};  // the service has answered at least once
   std::mutex mutex_;
   std::optional<Error> never_reached_;  // guarded by mutex_; spares the next gates the same waiting

@@ -110,7 +110,7 @@ Result<End> Comparison::follow(const std::string& id) {
     if (take(std::move(*job), end)) return end;
     interval = std::min(kLastPoll, interval * 3 / 2);
   }
-  return cancel(id, after(kCancelTime));
+  return cancel(id, after(client_.cancel_time()));
 }
 
 // True: it has ended, see `end`. Progress never widens, also if the work begins again after a restart.
@@ -146,7 +146,7 @@ Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
 // Cancelled while the comparison was being submitted: submits it again with the same key, which returns the same
 // comparison, and cancels that.
 Result<End> Comparison::abandon(const Error& why) {
-  const Interrupted over = after(kCancelTime);
+  const Interrupted over = after(client_.cancel_time());
   const HttpAnswer reply = client_.once(request(0), over);
   End end;
   if (reply.status == 200) end.document = comparison_from(reply.body);

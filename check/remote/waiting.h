@@ -1,4 +1,4 @@
-// Intervals of polling, and how long a cancellation may take.
+// Intervals of polling.
 #pragma once
 
 #include <chrono>
@@ -13,8 +13,6 @@ inline constexpr std::chrono::milliseconds kFirstPoll{250};
 inline constexpr std::chrono::milliseconds kLastPoll{1000};
 inline constexpr int kAttempts = 3;  // attempts at a comparison or batch that gets lost
 
-// Time for a cancellation to reach the service and to be answered.
-inline constexpr std::chrono::milliseconds kCancelTime{2000};
 inline constexpr std::chrono::milliseconds kCancelPoll{50};
 
 // Returns an Interrupted that is true once `time` has passed from now.

@@ -1,7 +1,7 @@
 // Reads what to measure as JSON from standard input, and writes what became of it. Ctrl-C as with `meshgauge check`.
 //
 //   {"service": null | {"url", "key_file", "ca_file", "at_once", "connect_timeout_ms", "stall_s",
-//                         "retry_ms", "first_contact_ms"},
+//                         "retry_ms", "first_contact_ms", "cancel_ms"},
 //    "gates": [{"name", "candidate", "baseline", "max_distance" | "max_diagonal_share", "units", "options",
 //    "timeout_ms"}]}
 #include <csignal>
@@ -60,6 +60,7 @@ std::unique_ptr<check::Measurer> remote_of(const Json& json) {
   options.first_contact = std::chrono::milliseconds(json.value("first_contact_ms", options.first_contact.count()));
   options.connect_timeout =
       std::chrono::milliseconds(json.value("connect_timeout_ms", options.connect_timeout.count()));
+  options.cancel_time = std::chrono::milliseconds(json.value("cancel_ms", options.cancel_time.count()));
   options.stall = std::chrono::seconds(json.value("stall_s", options.stall.count()));
   auto made = check::remote(options);
   if (!made) throw std::runtime_error(made.error().message);

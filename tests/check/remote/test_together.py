@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from gates import MEGABYTE, Relay, Run, gate, measure, requests, url_of, without_batches, without_chance
-from harness import BINARY, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until
+from harness import BINARY, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, until_computing
 from workplace import Workplace, square
 
 SHORT = {"retry_ms": 700, "first_contact_ms": 300, "stall_s": 5, "connect_timeout_ms": 1000}
@@ -289,8 +289,10 @@ class Cancelling(Case):
 
     def test_what_has_ended_is_kept_and_what_runs_has_its_interval(self):
         slow = [self.slow("slow %d" % i) for i in range(2)]
-        run = Run([*self.gates, *slow], {"url": url_of(self.server)})
+        run = Run([*self.gates, *slow], {"url": url_of(self.server), "cancel_ms": 60000})
         until(lambda: any('"done":6' in line for line in self.batches()))
+        until(lambda: not self.idle())
+        until_computing(self.server.process, 0.5)  # one of them has been read
         run.interrupt()
         outcomes = {o["name"]: o for o in run.ended()}
         self.assert_decided(outcomes, "slow 0", "slow 1")
