@@ -43,7 +43,7 @@ async function slow(name) {
   const core = await stored(service, ply(sphere(60, 0.02))), shell = await stored(service, ply(sphere(200)));
   const flat = await stored(service, square(0)), far = await stored(service, square(3));
   const comparisons = [1, 2, 3].map((i) => ({ name: `slow ${i}`, a: core, b: shell, options: { strategy: "four_point", tolerance: { relative: 1e-8, absolute: i * 1e-12 }, timeout_ms: 170000 } }));
-  comparisons.push({ name: "quick", a: flat, b: far, options: { gate } });
+  comparisons.unshift({ name: "quick", a: flat, b: far, options: { gate } }); // which is begun first
   return begun(service, { name, comparisons });
 }
 
@@ -135,7 +135,7 @@ test("a running batch: its counts follow, also after a lost connection, until it
   await page.route("**/events", (route) => (++broken === 1 ? route.abort() : route.fallback()));
   await tab.go(view);
   await page.locator("#batch-view h1", { hasText: "of 4 compared" }).waitFor();
-  await page.getByRole("link", { name: "quick", exact: true }).waitFor(); // small pairs come first
+  await page.getByRole("link", { name: "quick", exact: true }).waitFor();
   await walk.reads("#batch-view .reason", /1 fails so far\. \d runs?, \d waits?\./);
   assert.ok(broken >= 1);
   assert.ok(await page.getByRole("button", { name: "JUnit report" }).isDisabled());
