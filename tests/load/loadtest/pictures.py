@@ -26,7 +26,7 @@ def by_load(record, path):
         axis.set_xticks(record["multiples"], [f"{m:g}x" for m in record["multiples"]])
         axis.minorticks_off()
         axis.legend(fontsize=7)
-    plots._save(figure, path)
+    plots.save(figure, path)
 
 
 def overload(record, path):
@@ -43,7 +43,7 @@ def overload(record, path):
         counts.set(title=f"{run['mix']}, {top:g}x", yscale="symlog", ylabel="a second" if not column else "")
         times.set(xlabel="seconds", ylabel="p99 of the accepted, s" if not column else "", ylim=(0, None))
         counts.legend(fontsize=7)
-    plots._save(figure, path)
+    plots.save(figure, path)
 
 
 def soak(record, path):
@@ -54,7 +54,7 @@ def soak(record, path):
     ):
         axis.plot([row["at"] / 60 for row in rows], [row[what] / scale for row in rows], linewidth=0.6, color="#0060a8")
         axis.set(xlabel="minutes", ylabel=title, ylim=(0, None))
-    plots._save(figure, path)
+    plots.save(figure, path)
 
 
 def all_of(record, folder):
