@@ -25,7 +25,7 @@ constexpr int kMostAccepted = 256;      // in one round, so that requests do not
 // wake-up serves many requests, and the processor is left to those that were accepted.
 constexpr int kManyRefused = 8;
 constexpr milliseconds kRefusedWithin{10};
-constexpr milliseconds kGather{5};
+constexpr milliseconds kGather{2};
 
 bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
   epoll_event event{};
