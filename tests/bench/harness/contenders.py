@@ -114,7 +114,7 @@ def command(job, programs, limits):
     if name["simd"]:
         flags += ["--simd", name["simd"]]
     if not math.isnan(job.max_distance):
-        flags += ["--max-distance", repr(job.max_distance)]
+        flags += ["--max-distance", repr(job.max_distance), "--fast"]
     return [str(programs.meshgauge), "compare", a, b, *flags]
 
 
