@@ -8,6 +8,7 @@ import csv
 import math
 import re
 import sys
+import textwrap
 
 from . import paper, series_tables, side, store, tables, targets
 from .results import Results
@@ -54,7 +55,8 @@ def fill(page, made):
     def replace(match):
         if match[2] not in made:
             raise SystemExit(f"bench: docs/benchmarks.md asks for figures that nothing makes: {match[2]}")
-        return match[1] + made[match[2]]() + "\n" + match[3]
+        lines = (line if line.startswith("|") else textwrap.fill(line, 100) for line in made[match[2]]().split("\n"))
+        return match[1] + "\n".join(lines) + "\n" + match[3]
 
     return MARKED.sub(replace, page)
 
