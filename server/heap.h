@@ -13,7 +13,7 @@ void keep_heap_small(unsigned threads_that_compute);
 // Returns whole free pages of all arenas to the kernel. Takes milliseconds per some hundred megabytes; call it rarely.
 void release_free_memory();
 
-// From now on operator new waits so long for memory that is used up before it throws std::bad_alloc.
+// From now on operator new waits up to `most` for memory that is used up, before it throws std::bad_alloc.
 void wait_for_memory(std::chrono::milliseconds most = std::chrono::seconds(10));
 
 // While it lives, operator new waits on this thread as long as it takes, and never throws: for threads that keep

@@ -196,7 +196,7 @@ class Reduced(unittest.TestCase):
 
     def test_sentences(self):
         run = row(contender="four_point", queries=30.0, cache_hits=10.0, subdivisions=4.0)
-        self.assertIn("4 subdivisions, 30 queries, and\n10 points (25 % of all)", paper.sharing(results.Results([run])))
+        self.assertIn("4 subdivisions, 30 queries, and 10 points (25 % of all)", paper.sharing(results.Results([run])))
         micro = {"benchmarks": [{"name": "distance_point_triangle", "real_time": 10.0}]}
         self.assertIn("No figures", paper.distances(micro))
         micro["benchmarks"].append({"name": "distance_triangle_triangle", "real_time": 80.0})

@@ -148,7 +148,7 @@ def sharing(results):
         return "*No figures: `four_point` was not measured.*"
     asked, shared, split = (int(sum(run[name] for run in runs)) for name in ("queries", "cache_hits", "subdivisions"))
     return (
-        f"Over the {len(runs)} runs of `four_point` above: {text.count(split)} subdivisions, {text.count(asked)} queries, and\n"
+        f"Over the {len(runs)} runs of `four_point` above: {text.count(split)} subdivisions, {text.count(asked)} queries, and "
         f"{text.count(shared)} points ({text.percent(shared / (asked + shared))} of all) that a neighbour had asked for."
     )
 
