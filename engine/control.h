@@ -24,8 +24,8 @@ enum class Interruption { none, timeout, cancelled };
 using Interrupted = std::function<bool()>;
 inline bool never_interrupted() { return false; }
 
-// One object for each job. cancel() may be called on any thread, check() on the job's threads, everything else only on
-// the thread that runs the job.
+// One object for each job. cancel() and cancelled() may be called on any thread, check() on the job's threads,
+// everything else only on the thread that runs the job.
 class Control {
  public:
   using Clock = std::chrono::steady_clock;
@@ -36,6 +36,7 @@ class Control {
   Control& operator=(const Control&) = delete;
 
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
+  bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
   void set_deadline(std::optional<Clock::time_point> deadline) { deadline_ = deadline; }
   std::optional<Clock::time_point> deadline() const { return deadline_; }
 
@@ -60,7 +61,7 @@ class Control {
   // other value.
   Interruption check() {
     const std::uint64_t count = checks_.fetch_add(1, std::memory_order_relaxed) + 1;
-    if (count >= cancel_at_ || cancelled_.load(std::memory_order_relaxed)) return Interruption::cancelled;
+    if (count >= cancel_at_ || cancelled()) return Interruption::cancelled;
     if (deadline_ && Clock::now() >= *deadline_) return Interruption::timeout;
     return Interruption::none;
   }

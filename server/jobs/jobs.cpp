@@ -219,8 +219,10 @@ bool Jobs::abandon(const std::shared_ptr<LiveJob>& job) {
 
 void Jobs::end_if_over(LiveJob& job) {
   if (queue_ || job.durable) return;
-  const auto over = api::in_time(job.control, "a thread was free for it");
-  if (!over && scheduler_.withdraw(job.control)) end_unstored(job, over.error(), std::nullopt);
+  // Not control.check(): of a job that runs, that is for its own threads.
+  const bool over = job.control.cancelled() || LiveJob::Clock::now() >= job.submitted + job.request.timeout;
+  if (!over || !scheduler_.withdraw(job.control)) return;
+  end_unstored(job, api::in_time(job.control, "a thread was free for it").error(), std::nullopt);
 }
 
 // An awaited job ends by its deadline, which its worker keeps; a durable one goes on in any case.

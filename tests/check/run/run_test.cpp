@@ -29,12 +29,11 @@ class Fake : public Measurer {
   unsigned seats = 1;
 
   Result<Measured> measure(const Gate& gate, Control& control) override {
-    const std::lock_guard lock(mutex_);
-    began.push_back(gate.name);
-    mutex_.unlock();
-    auto result = answer(gate, control);
-    mutex_.lock();
-    return result;
+    {
+      const std::lock_guard lock(mutex_);
+      began.push_back(gate.name);
+    }
+    return answer(gate, control);
   }
   unsigned at_once() const override { return seats; }
 
