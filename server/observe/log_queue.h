@@ -19,8 +19,8 @@ class LogQueue {
   // Returns the line that takes the place of so many others.
   using Report = std::function<std::string(std::uint64_t lines)>;
 
-  // `dropped`: reports lines that found no room; `alike`: lines that add_alike() left out. Borrows the descriptor, which a
-  // thread held by a stalled reader may use after this object's end.
+  // `dropped`: reports lines that found no room; `alike`: lines that add_alike() left out. Borrows the descriptor; a
+  // stalled reader may keep the thread at it beyond this object's end.
   LogQueue(int file, Report dropped, Report alike);
   ~LogQueue();  // drops what waits; see drain()
   LogQueue(const LogQueue&) = delete;
