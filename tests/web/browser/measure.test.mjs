@@ -56,7 +56,7 @@ async function openElsewhere(url, before) {
 test("the interval is drawn while it shrinks: never wider, and with a point for each step", async () => {
   // A browser that is slower than the search sees few steps: a larger pair has more.
   let seen = [];
-  for (const n of [800, 1200, 1800]) {
+  for (const n of [300, 800, 1200, 1800]) {
     seen = await seenWhileMeasured(written(place.folder, { "rough.ply": ply(rough(n, 0.2, 1)), "other.ply": ply(rough(n + 1, 0.2, 2)) }));
     if (stepsOf(seen).size >= 3) break;
   }

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 
 import { asked } from "./service.mjs";
 
-export const patience = 120_000; // ms: two tests at once draw by software on few processors
+export const patience = 200_000; // ms, beyond the service's own time: two tests at once draw by software on few processors
 
 export class Walk {
   constructor(tab) {

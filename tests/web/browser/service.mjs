@@ -9,8 +9,11 @@ import { fileURLToPath } from "node:url";
 export const root = resolve(fileURLToPath(import.meta.url), "../../../..");
 export const binary = process.env.MESHGAUGE_BINARY ?? join(root, "build/meshgauge");
 
-// Settings of the environment must not reach the tested service.
-const environment = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith("MESHGAUGE_")));
+// Settings of the environment must not reach the tested service. A slow machine, and a sanitizer, need more time.
+const environment = {
+  ...Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith("MESHGAUGE_"))),
+  MESHGAUGE_DEFAULT_TIMEOUT_MS: "180000",
+};
 
 // {origin, log: its lines, stop()}. `flags` as those of `meshgauge serve`.
 export async function startService(...flags) {
