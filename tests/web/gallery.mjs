@@ -92,15 +92,28 @@ const pictures = {
   },
   // Of the HTML report: a hole in the hub, and more triangles than the gate expects.
   async expectations() {
-    writeFileSync(join(folder, "gates.yaml"), "version: 1\ngates:\n  - name: gear\n    candidate: gear_holed.stl\n    baseline: gear.stl\n    max_distance: 1 mm\n" +
-      "    expect: {watertight: true, triangles: {max: 20000}, degenerate: 0, components: 1, volume: {within: 1 %}}\n");
-    const { status } = spawnSync(binary, ["check", "gates.yaml", "--html", "report.html"], { cwd: folder });
-    if (status !== 1) throw new Error(`check ended with ${status}`);
-    const page = await (await browser.newContext({ viewport: { width: 1200, height: 1400 } })).newPage();
-    await page.goto(pathToFileURL(join(folder, "report.html")).href);
-    const card = page.locator("article.gate"), box = await card.boundingBox(), table = await card.locator("table").first().boundingBox();
-    await save("expectations", await page.screenshot({ clip: { ...box, height: table.y + table.height + 4 - box.y } }));
-    return { tab: page };
+    checked("gear_holed.stl", "1 mm", "expect: {watertight: true, triangles: {max: 20000}, degenerate: 0, components: 1, volume: {within: 1 %}}");
+    return cardUpTo("expectations", "table");
+  },
+  // Of the HTML report: each print is worn more than those before.
+  async history() {
+    for (let run = 0; run < 16; ++run) {
+      const wear = 0.032 * run + 0.03 * Math.sin(2.4 * run);
+      writeFileSync(join(folder, "gear_worn.stl"), stl(printed(([x, y, z]) => [x - 0.64 * wear, y + 0.77 * wear, z])));
+      checked("gear_worn.stl", "1.5 mm", "", "--history", "history.jsonl");
+    }
+    return cardUpTo("history", "svg.history");
+  },
+  async areas() {
+    const [a, b] = [await stored(service, stl(printed())), await stored(service, stl(drawn()))];
+    const options = { direction: "a_to_b", areas: { beyond: [0.05, 0.1, 0.3], quantiles: [0.5, 0.95, 0.99], mean: true } };
+    const { view } = await (await asked(service, "/v1/comparisons", json({ a, b, options }))).json();
+    const walk = await open({ viewport: { width: 1200, height: 2400 } });
+    await walk.tab.go(view);
+    await walk.measured();
+    await walk.still();
+    await save("areas", await walk.page.locator(".card", { has: walk.page.getByRole("heading", { name: "Both directions" }) }).last().screenshot());
+    return walk;
   },
   async batch() {
     const { view } = await nightly(service);
@@ -124,6 +137,22 @@ const browser = await launch(), service = await startService();
 
 async function open(how = {}) {
   return Walk.begin(await Tab.open(browser, service, { ...window, ...how }));
+}
+
+// Runs a gate of the drawn gear, which ends without an error, and leaves report.html.
+function checked(candidate, limit, more, ...flags) {
+  writeFileSync(join(folder, "gates.yaml"), `version: 1\ngates:\n  - name: gear\n    candidate: ${candidate}\n    baseline: gear.stl\n    max_distance: ${limit}\n    ${more}\n`);
+  const { status } = spawnSync(binary, ["check", "gates.yaml", "--html", "report.html", ...flags], { cwd: folder });
+  if (status > 1) throw new Error(`check ended with ${status}`);
+}
+
+// Of the report's gate: from its top to the end of the first such element.
+async function cardUpTo(name, selector) {
+  const page = await (await browser.newContext({ viewport: { width: 1200, height: 2000 } })).newPage();
+  await page.goto(pathToFileURL(join(folder, "report.html")).href);
+  const card = page.locator("article.gate"), box = await card.boundingBox(), end = await card.locator(selector).first().boundingBox();
+  await save(name, await page.screenshot({ clip: { ...box, height: end.y + end.height + 4 - box.y } }));
+  return { tab: page };
 }
 
 async function measured(walk, order) {
