@@ -10,8 +10,8 @@
 #include <utility>
 #include <variant>
 
-#include "api/decimal.h"
 #include "api/digest.h"
+#include "api/figures.h"
 #include "api/formats/source.h"
 #include "api/gate.h"
 #include "api/json_filter.h"
@@ -57,10 +57,7 @@ bool is_same(MeshView a, MeshView b) {
 
 // "'a' lies from (0, 0, 0) to (1, 1, 1)".
 std::string place_of(const Prepared& mesh, std::string_view name) {
-  const auto point = [](const Vec3& p) {
-    return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
-  };
-  return "'" + std::string(name) + "' lies from " + point(mesh.box().low) + " to " + point(mesh.box().high);
+  return "'" + std::string(name) + "' lies from " + in_words(mesh.box().low) + " to " + in_words(mesh.box().high);
 }
 
 // "'foot', 'lid' and 3 more".
@@ -163,6 +160,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   Comparison comparison;
   comparison.id = random_id();
   comparison.options = options;
+  comparison.options.topology = options.topology || options.expect.of_topology();
   comparison.a = a.mesh->facts;
   comparison.b = b.mesh->facts;
   comparison.times = so_far;
@@ -170,7 +168,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   if (!plan) return plan.error();
   comparison.units = *plan;
   if (auto ok = find_groups(a, b, comparison.options); !ok) return std::move(ok).error();
-  if (options.topology) {  // linear, so before what may take all the time
+  if (comparison.options.topology) {  // linear, so before what may take all the time
     comparison.a.topology = topology_in(plan->result, *a.mesh, plan->a, control);
     comparison.b.topology = topology_in(plan->result, *b.mesh, plan->b, control);
   }

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "api/expectations.h"
 #include "api/unit_plan.h"
 #include "engine/align.h"
 #include "engine/options.h"
@@ -30,6 +31,7 @@ struct ComparisonOptions : Options {
   bool topology = false;                       // also examine both meshes (engine/topology.h)
   std::optional<ShareLimit> max_share_beyond;  // of the gate
   std::optional<SideOptions::Zone> zone;       // of the gate: limits inside and outside of mesh b
+  Expectations expect;                         // of mesh a itself; they may need its topology
 };
 
 // Whether there is a gate: a limit of the distance, of the area or of the sides.

@@ -7,14 +7,10 @@
 #include "api/refused.h"
 
 namespace meshgauge::api {
-namespace {
-
 Verdict worst(Verdict a, Verdict b) {
   if (a == Verdict::fail || b == Verdict::fail) return Verdict::fail;
   return a == Verdict::pass ? b : a;
 }
-
-}  // namespace
 
 std::string_view to_string(Verdict verdict) {
   constexpr std::string_view kNames[] = {"pass", "fail", "undecided"};

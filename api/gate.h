@@ -15,6 +15,7 @@ namespace meshgauge::api {
 enum class Verdict { pass, fail, undecided };
 
 std::string_view to_string(Verdict verdict);
+Verdict worst(Verdict a, Verdict b);  // fail, else undecided, else pass
 
 // Returns the error for an uncertainty above a limit of a distance, of a region's or of the area's: nothing could pass.
 // `name`: a JSON pointer or a flag, for the message and Error::where.

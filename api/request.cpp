@@ -55,10 +55,8 @@ std::string keys_of(std::span<const Field> fields) {
 }
 
 const Field* find(std::span<const Field> fields, std::string_view key) {
-  for (const Field& field : fields) {
-    if (field.key == key) return &field;
-  }
-  return nullptr;
+  const auto found = std::ranges::find(fields, key, &Field::key);
+  return found == fields.end() ? nullptr : &*found;
 }
 
 // Returns the message for an unknown member.
@@ -153,8 +151,9 @@ Result<Done> read_units(const JsonValue& value, const std::string& pointer, Read
   return read_object(value, pointer, kFields, reading);
 }
 
-Result<Done> read_narrow(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_boolean(value, pointer, reading.request.options.narrow);
+template <auto option>
+Result<Done> read_switch(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_boolean(value, pointer, reading.request.options.*option);
 }
 
 template <auto asked, auto number, const Range& range>
@@ -196,7 +195,7 @@ Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Readi
                                       {"zone", read_zone},
                                       {"uncertainty", read_uncertainty},
                                       {"units", read_gate_unit},
-                                      {"narrow", read_narrow}};
+                                      {"narrow", read_switch<&Options::narrow>}};
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!has_limit(reading.request.options))
     return invalid(pointer, pointer + " needs max_distance, max_share_beyond or zone");
@@ -288,21 +287,11 @@ Result<Done> read_sides(const JsonValue& value, const std::string& pointer, Read
   return read_settings(reading.request.options.sides, value, pointer, kFields, reading);
 }
 
-Result<Done> read_topology(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  return read_boolean(value, pointer, reading.request.options.topology);
-}
-
-Result<Done> read_option_regions(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  auto regions = read_regions(value, pointer);
-  if (!regions) return regions.error();
-  reading.request.options.regions = *std::move(regions);
-  return Done{};
-}
-
-Result<Done> read_align(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  const auto asked = api::read_align(value, pointer);
-  if (!asked) return asked.error();
-  return reading.request.options.align = *asked, Done{};
+template <auto option, auto read>
+Result<Done> read_option(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  auto asked = read(value, pointer);
+  if (!asked) return std::move(asked).error();
+  return reading.request.options.*option = *std::move(asked), Done{};
 }
 
 Result<Done> read_direction(const JsonValue& value, const std::string& pointer, Reading& reading) {
@@ -335,12 +324,22 @@ Result<Done> read_threads(const JsonValue& value, const std::string& pointer, Re
   return read_number(value, kThreadsRange, pointer, reading.request.options.threads);
 }
 
-constexpr Field kOptions[] = {
-    {"direction", read_direction}, {"tolerance", read_tolerance},    {"gate", read_gate},
-    {"strategy", read_strategy},   {"points", read_points},          {"timeout_ms", read_timeout},
-    {"threads", read_threads},     {"budget", read_budget},          {"areas", read_areas},
-    {"sides", read_sides},         {"statistics", read_statistics},  {"topology", read_topology},
-    {"units", read_units},         {"regions", read_option_regions}, {"align", read_align}};
+constexpr Field kOptions[] = {{"direction", read_direction},
+                              {"tolerance", read_tolerance},
+                              {"gate", read_gate},
+                              {"strategy", read_strategy},
+                              {"points", read_points},
+                              {"timeout_ms", read_timeout},
+                              {"threads", read_threads},
+                              {"budget", read_budget},
+                              {"areas", read_areas},
+                              {"sides", read_sides},
+                              {"statistics", read_statistics},
+                              {"topology", read_switch<&ComparisonOptions::topology>},
+                              {"units", read_units},
+                              {"regions", read_option<&Options::regions, read_regions>},
+                              {"align", read_option<&ComparisonOptions::align, api::read_align>},
+                              {"expect", read_option<&ComparisonOptions::expect, read_expect>}};
 
 }  // namespace
 

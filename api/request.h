@@ -30,6 +30,7 @@ inline constexpr Range kSeedRange{0, 0x1p53 - 1, true};           // integers th
 inline constexpr Range kBeyondRange{};                            // a distance, in the unit of the result
 inline constexpr Range kShareRange{0, 1};                         // of the area, a limit of the gate
 inline constexpr Range kQuantileRange{0.001, 0.999};              // a share of the area
+inline constexpr Range kCountRange{0, 0x1p32, true};              // of triangles, or of components
 inline constexpr Range kShareToleranceRange{1e-6, 1};  // of certified areas; a service may need long for less
 inline constexpr Range kLengthToleranceRange{1e-6, 1};
 inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;

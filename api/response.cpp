@@ -46,9 +46,13 @@ Json gate(const Comparison& comparison) {
   return json;
 }
 
-Json verdict_of(const Comparison& comparison) {
-  const auto found = verdict(comparison.outcome, comparison.options);
-  return found ? Json(to_string(*found)) : Json(nullptr);
+Json meshes(const Comparison& comparison) {
+  Json json{{"a", api::json_of(comparison.a, comparison.units.a)},
+            {"b", api::json_of(comparison.b, comparison.units.b)}};
+  if (!comparison.options.topology) return json;
+  json["a"]["topology"] = api::json_of(comparison.a.topology);
+  json["b"]["topology"] = api::json_of(comparison.b.topology);
+  return json;
 }
 
 // The verdict of max_share_beyond alone, since `verdict` is that of all limits.
@@ -113,32 +117,41 @@ std::vector<Stage> stages(const Comparison& comparison) {
   return all;
 }
 
+std::vector<Expectation> expectations_of(const Comparison& comparison) {
+  if (!comparison.options.expect.any()) return {};
+  const auto& unit = comparison.units.result.unit;
+  return examined(comparison.options.expect, meshes(comparison), unit ? std::string(to_string(*unit)) : std::string());
+}
+
+std::optional<Verdict> verdict(const Comparison& comparison) {
+  auto found = verdict(comparison.outcome, comparison.options);
+  for (const Expectation& one : expectations_of(comparison)) found = worst(found.value_or(one.verdict), one.verdict);
+  return found;
+}
+
 std::string to_json(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
-  Json json{
-      {"id", comparison.id},
-      {"status", name_of(kStops, outcome.stop)},
-      {"verdict", verdict_of(comparison)},
-      {"gate", gate(comparison)},
-      {"unit", json_of(comparison.units.result)},
-      {"notes", notes_of(comparison)},
-      {"direction", name_of(kDirections, comparison.options.direction)},
-      {"distance", interval(outcome.lower, outcome.upper)},
-      {"a_to_b", json_of(outcome.a_to_b)},
-      {"b_to_a", json_of(outcome.b_to_a)},
-      {"tolerance", json_of(comparison.options.tolerance, outcome)},
-      {"precision_floor", outcome.precision_floor},
-      {"timings_ms", timings(comparison)},
-      {"meshes", {{"a", json_of(comparison.a, comparison.units.a)}, {"b", json_of(comparison.b, comparison.units.b)}}},
-      {"engine", engine(comparison.options, outcome)},
-      {"statistics", json_of(outcome.statistics)}};
-  if (comparison.options.topology) {
-    json["meshes"]["a"]["topology"] = json_of(comparison.a.topology);
-    json["meshes"]["b"]["topology"] = json_of(comparison.b.topology);
-  }
+  const auto found = verdict(comparison);
+  Json json{{"id", comparison.id},
+            {"status", name_of(kStops, outcome.stop)},
+            {"verdict", found ? Json(to_string(*found)) : Json(nullptr)},
+            {"gate", gate(comparison)},
+            {"unit", json_of(comparison.units.result)},
+            {"notes", notes_of(comparison)},
+            {"direction", name_of(kDirections, comparison.options.direction)},
+            {"distance", interval(outcome.lower, outcome.upper)},
+            {"a_to_b", json_of(outcome.a_to_b)},
+            {"b_to_a", json_of(outcome.b_to_a)},
+            {"tolerance", json_of(comparison.options.tolerance, outcome)},
+            {"precision_floor", outcome.precision_floor},
+            {"timings_ms", timings(comparison)},
+            {"meshes", meshes(comparison)},
+            {"engine", engine(comparison.options, outcome)},
+            {"statistics", json_of(outcome.statistics)}};
   if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *comparison.options.align);
   if (const auto share = share_beyond(outcome, comparison.options))
     json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
+  if (comparison.options.expect.any()) json["expectations"] = api::json_of(expectations_of(comparison));
   if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   if (outcome.sides) json["sides"] = json_of(*outcome.sides, comparison.units.result.unit);

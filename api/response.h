@@ -1,15 +1,24 @@
 // Writes the result of a comparison as JSON, the same for HTTP and the command line.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "api/compare.h"
+#include "api/expectations.h"
+#include "api/gate.h"
 
 namespace meshgauge::api {
 
 // Returns compact JSON with keys in a fixed order. Numbers round-trip; NaN and infinity are null.
 std::string to_json(const Comparison& comparison);
+
+// Returns what the options expect of mesh a, and what was found. Empty: nothing is expected.
+std::vector<Expectation> expectations_of(const Comparison& comparison);
+
+// Returns the worst verdict of the limits and of the expectations; nullopt: there are none.
+std::optional<Verdict> verdict(const Comparison& comparison);
 
 struct Stage {
   const char* name;

@@ -11,12 +11,15 @@
 #include <vector>
 
 #include "api/comparison_options.h"
-#include "check/expectations.h"
+#include "api/expectations.h"
 #include "engine/options.h"
 
 namespace meshgauge::check {
 
+using api::Expectation;
+using api::Expectations;
 using api::LengthUnit;
+using api::Span;
 
 // A distance that is a limit. Exactly one of the two is given; neither: the gate has no such limit.
 struct Limit {

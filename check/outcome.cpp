@@ -175,7 +175,10 @@ bool is_cloud(const Json& document, const std::string& mesh) {
 }  // namespace
 
 Verdict verdict_of(double lower, double upper, double limit, double uncertainty) {
-  const auto found = api::verdict_within(lower, upper, limit, uncertainty);
+  return verdict_of(api::verdict_within(lower, upper, limit, uncertainty));
+}
+
+Verdict verdict_of(api::Verdict found) {
   return found == api::Verdict::pass ? Verdict::pass : found == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
 }
 
@@ -290,8 +293,9 @@ std::optional<Error> undeclared_cloud(const Gate& gate, const Json& document) {
 
 Verdict GateOutcome::verdict() const {
   const auto is = [&](Verdict verdict) {
-    return measured->verdict == verdict || std::any_of(expectations.begin(), expectations.end(),
-                                                       [&](const Expectation& e) { return e.verdict == verdict; });
+    return measured->verdict == verdict ||
+           std::any_of(expectations.begin(), expectations.end(),
+                       [&](const Expectation& e) { return verdict_of(e.verdict) == verdict; });
   };
   if (measured) return is(Verdict::fail) ? Verdict::fail : is(Verdict::undecided) ? Verdict::undecided : Verdict::pass;
   return interrupted ? Verdict::undecided : Verdict::error;

@@ -24,6 +24,7 @@ namespace meshgauge::check {
 // because a file is missing or unreadable or the service cannot be reached.
 enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
+Verdict verdict_of(api::Verdict verdict);
 // As api::verdict_within().
 Verdict verdict_of(double lower, double upper, double limit, double uncertainty = 0);
 

@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "api/formats/text.h"
-#include "api/with_unit.h"
 
 namespace meshgauge::check {
 
@@ -30,13 +29,6 @@ std::string percent_encoded(std::string_view bytes, std::string_view kept) {
   return uri;
 }
 
-std::string text(const Vec3& p) {
-  return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
-}
-
-std::string edges_in_words(std::uint64_t count, std::string_view kind, const Vec3& first, std::string_view unit) {
-  return std::to_string(count) + " " + std::string(kind) + (count == 1 ? " edge, at " : " edges, the first at ") +
-         api::with_unit(text(first), unit);
-}
+std::string text(const Vec3& p) { return api::in_words(p); }
 
 }  // namespace meshgauge::check

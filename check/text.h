@@ -6,11 +6,20 @@
 #include <string_view>
 
 #include "api/decimal.h"
+#include "api/figures.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::check {
 
+using api::grouped;
+using api::in_bytes;
+using api::in_time;
+using api::IntervalText;
 using api::shortest;
+using api::to_digits;
+using api::to_digits_above;
+using api::to_digits_below;
+using api::to_text;
 
 // Rounds to `digits` significant digits, for tables.
 std::string rounded(double x, int digits = 6);
@@ -21,8 +30,5 @@ std::string_view trimmed(std::string_view text);  // without surrounding blanks 
 std::string percent_encoded(std::string_view bytes, std::string_view kept);
 
 std::string text(const Vec3& p);  // "(1, 2.5, 3)", each number by shortest()
-
-// Returns "4 open edges, the first at (0.5, 0, 1) mm" for the kind "open". `unit` may be empty.
-std::string edges_in_words(std::uint64_t count, std::string_view kind, const Vec3& first, std::string_view unit);
 
 }  // namespace meshgauge::check

@@ -188,9 +188,7 @@ void declare_measuring(CLI::App& command, CheckFlags& flags) {
   command.add_option("--uncertainty", flags.uncertainty,
                      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
   command.add_option("--regions", flags.regions, kRegionsHelp);
-  command.add_option(
-      "--expect", flags.expect,
-      "What CANDIDATE itself has to be like: '{watertight: true, triangles: {max: 20000}}'; docs/check.md");
+  command.add_option("--expect", flags.expect, kExpectHelp);
   declare(command, flags.units, "CANDIDATE", "BASELINE");
   command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
   command.add_flag("--cloud", flags.cloud, "CANDIDATE may be a point cloud; an XYZ always may");

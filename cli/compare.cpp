@@ -23,6 +23,7 @@
 #include "api/response.h"
 #include "api/result_document.h"
 #include "check/deviation.h"
+#include "check/manifest/expect_setting.h"
 #include "check/manifest/quantities.h"
 #include "check/manifest/region_setting.h"
 #include "check/text.h"
@@ -43,7 +44,7 @@ struct Flags {
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
-  std::optional<std::string> max_distance, max_share_beyond, zone, uncertainty, regions, align;
+  std::optional<std::string> max_distance, max_share_beyond, zone, uncertainty, regions, align, expect;
   std::vector<double> beyond, quantiles;
   std::optional<double> share_tolerance, length_tolerance;
   bool mean = false;
@@ -211,6 +212,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_statistics(flags, options); !ok) return ok.error();
   if (auto ok = set_machine(flags, options); !ok) return ok.error();
   if (auto ok = set_align(flags.align, options.align); !ok) return ok.error();
+  if (auto ok = read_flag("--expect", flags.expect, check::parse_expect, options.expect); !ok) return ok.error();
   options.topology = flags.topology;
   auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
   if (!timeout) return timeout.error();
@@ -310,6 +312,7 @@ void add_compare(CLI::App& app, int& exit_code) {
                      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
   command.add_option("--regions", flags->regions, kRegionsHelp);
   command.add_flag("--fast", flags->fast, "End as soon as the gate is decided, without narrowing the interval");
+  command.add_option("--expect", flags->expect, kExpectHelp);
   declare(command, flags->units, "A", "B");
   command.add_option("--align", flags->align, kAlignHelp);
   command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();

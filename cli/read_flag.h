@@ -24,6 +24,9 @@ Result<Done> read_flag(const char* flag, const std::optional<std::string>& text,
   return to = *parsed, Done{};
 }
 
+inline constexpr const char* kExpectHelp =
+    "What the first mesh itself has to be like: '{watertight: true, triangles: {max: 20000}}'; docs/check.md";
+
 inline constexpr const char* kAlignHelp =
     "Move A first: 'rigid' by best fit, or as '{\"transform\": {\"row_major\": [16 numbers]}}'; docs/alignment.md";
 

@@ -7,6 +7,7 @@
 #include "api/names.h"
 #include "api/notes.h"
 #include "api/region_json.h"
+#include "api/response.h"
 #include "api/with_unit.h"
 #include "check/text.h"
 #include "cli/area_table.h"
@@ -53,7 +54,7 @@ void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, co
 
 void add_edges(std::string& out, const char* kind, const EdgeCount& edges, const Unit& unit) {
   const std::string_view in = unit ? api::to_string(*unit) : std::string_view();
-  if (edges.count > 0) append(out, "          %s\n", check::edges_in_words(edges.count, kind, edges.first, in).c_str());
+  if (edges.count > 0) append(out, "          %s\n", api::edges_in_words(edges.count, kind, edges.first, in).c_str());
 }
 
 void add_topology(std::string& out, const char* name, const Topology& found, const Unit& unit) {
@@ -147,10 +148,14 @@ std::string to_table(const Comparison& comparison) {
   append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(), in_unit(outcome.upper).c_str(),
          std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
   append(out, "width     %s, %s\n", in_unit(outcome.upper - outcome.lower).c_str(), reason(outcome).c_str());
-  if (const auto verdict = api::verdict(outcome, comparison.options)) {
-    append(out, "verdict   %s (at most %s)\n", std::string(api::to_string(*verdict)).c_str(),
-           limits_of(comparison.options, unit).c_str());
+  if (const auto verdict = api::verdict(comparison)) {
+    const std::string limits = limits_of(comparison.options, unit);
+    out += "verdict   " + std::string(api::to_string(*verdict)) + (limits.empty() ? "" : " (at most " + limits + ")") +
+           "\n";
   }
+  for (const api::Expectation& one : api::expectations_of(comparison))
+    out += "expected  " + one.name + ": " + one.found + ", expected " + one.expected + ": " +
+           std::string(api::to_string(one.verdict)) + "\n";
   add_regions(out, comparison);
   add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);
   add_direction(out, "b to a", outcome.b_to_a, comparison.b, unit);

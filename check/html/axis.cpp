@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <iterator>
 
-#include "check/html/figures.h"
 #include "check/html/svg.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {

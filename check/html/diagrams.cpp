@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "api/with_unit.h"
-#include "check/html/figures.h"
 #include "check/html/markup.h"
 #include "check/html/svg.h"
 #include "check/reports/wording.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "check/html/diagrams.h"
-#include "check/html/figures.h"
 #include "check/html/html_gate.h"
 #include "check/html/markup.h"
 #include "check/html/report_style.h"
 #include "check/reports/wording.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "check/html/diagrams.h"
-#include "check/html/figures.h"
 #include "check/html/markup.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {
@@ -106,8 +106,8 @@ std::string expectation_table(const GateOutcome& outcome) {
   for (const Expectation& one : outcome.expectations) {
     const std::string kind(to_string(one.verdict));
     rows += "<tr><th scope=\"row\">" + escaped(one.name) + "</th><td>" + escaped(one.found) + "</td><td>" +
-            escaped(one.expected) + "</td><td><span class=\"badge " + kind + "\">" + icon(one.verdict) + kind +
-            "</span></td></tr>\n";
+            escaped(one.expected) + "</td><td><span class=\"badge " + kind + "\">" + icon(verdict_of(one.verdict)) +
+            kind + "</span></td></tr>\n";
   }
   return table("expectations", "What the gate expects of the candidate", {"", "Found", "Expected", "Verdict"}, rows);
 }

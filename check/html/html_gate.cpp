@@ -4,10 +4,10 @@
 
 #include "api/with_unit.h"
 #include "check/html/diagrams.h"
-#include "check/html/figures.h"
 #include "check/html/html_facts.h"
 #include "check/html/markup.h"
 #include "check/reports/wording.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {
@@ -162,7 +162,7 @@ std::string link_part(const Measured& measured) {
 std::string surprises(const GateOutcome& outcome) {
   std::string names;
   for (const Expectation& one : outcome.expectations) {
-    if (one.verdict == Verdict::fail) names += (names.empty() ? "" : ", ") + one.name;
+    if (one.verdict == api::Verdict::fail) names += (names.empty() ? "" : ", ") + one.name;
   }
   return names.empty() ? "" : "Not as expected: " + names + ". ";
 }

@@ -1,9 +1,9 @@
 #include <cmath>
 
 #include "check/html/diagrams.h"
-#include "check/html/figures.h"
 #include "check/html/markup.h"
 #include "check/html/svg.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {

@@ -19,7 +19,6 @@ namespace {
 
 using Kind = YamlNode::Kind;
 
-constexpr api::Range kCountRange{0, 0x1p32, true};
 constexpr api::Range kVolumeRange{};
 
 template <std::optional<bool> Expectations::*expected>
@@ -63,8 +62,8 @@ Span read_span(const Setting& setting, const api::Range& range, std::optional<do
 template <std::optional<Span> Expectations::*expected>
 void read_count(const Setting& setting, Expectations& expect, Mistakes& mistakes) {
   if (setting.value.kind != Kind::word) {
-    expect.*expected = read_span(setting, kCountRange, nullptr, mistakes);
-  } else if (const auto number = read_within(setting, kCountRange, mistakes)) {
+    expect.*expected = read_span(setting, api::kCountRange, nullptr, mistakes);
+  } else if (const auto number = read_within(setting, api::kCountRange, mistakes)) {
     expect.*expected = Span{number, number};
   }
 }

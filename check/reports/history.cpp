@@ -16,7 +16,7 @@
 #include "api/json_of.h"
 #include "api/refused.h"
 #include "api/with_unit.h"
-#include "check/html/figures.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "api/formats/utf8.h"
 #include "api/with_unit.h"
-#include "check/html/figures.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 namespace {
@@ -223,7 +223,7 @@ std::string area_in_words(const GateOutcome& outcome, const Criterion& criterion
 std::string unmet_of(const GateOutcome& outcome) {
   std::string text;
   for (const Expectation& one : outcome.expectations) {
-    if (one.verdict == Verdict::pass) continue;
+    if (one.verdict == api::Verdict::pass) continue;
     text += (text.empty() ? "" : "; ") + one.name + ": " + one.found + ", expected " + one.expected;
   }
   return text;

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "check/html/figures.h"
 #include "check/outcome.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 

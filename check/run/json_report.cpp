@@ -99,14 +99,6 @@ Json json_of(const std::vector<PastRun>& runs) {
   return json;
 }
 
-Json json_of(const std::vector<Expectation>& expectations) {
-  Json json = Json::array();
-  for (const Expectation& one : expectations)
-    json.push_back(
-        {{"name", one.name}, {"verdict", to_string(one.verdict)}, {"found", one.found}, {"expected", one.expected}});
-  return json;
-}
-
 Json regions_json(const Measured& measured) {
   Json json = Json::array();
   for (const Criterion& region : measured.regions)
@@ -136,7 +128,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"limit", limits_of(outcome)},
             {"distance", distance(measured)},
             {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
-            {"expectations", json_of(outcome.expectations)},
+            {"expectations", api::json_of(outcome.expectations)},
             {"notes", measured ? Json(measured->notes) : Json::array()},
             {"advice", or_null(outcome.advice())},
             {"error", json_of(outcome.error)},

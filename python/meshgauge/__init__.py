@@ -33,6 +33,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             sides: Union[bool, Mapping[str, float], None] = None,
             uncertainty: Optional[_options.Length] = None, narrow: Optional[bool] = None,
             regions: Optional[Iterable[Mapping[str, Any]]] = None, align: Any = None,
+            expect: Optional[Mapping[str, Any]] = None,
             vertex_distances: bool = False) -> Result:
     """Measures how far two meshes are apart, in this process.
 
@@ -75,6 +76,9 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         narrow: True: after the verdict the work goes on, for at most a second, to say by how much it passes or fails.
         align: moves a before it is measured (Result.document["alignment"]). "rigid": by the best fit; a 4x4 matrix: by
             that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
+        expect: what a itself has to be like (Result.document["expectations"]): {"watertight": True, "triangles": {"max":
+            20000}, "degenerate": 0, "components": 1, "volume": {"within": 0.01}}, a share of b's volume. It counts in
+            the verdict, beside limits or alone.
         vertex_distances: True also measures the distance at each vertex of a (Result.vertex_distances, an array of
             numpy) and, with sides or a zone, the signed one (Result.signed_vertex_distances); within the timeout once more.
 
@@ -91,7 +95,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
         statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
-        zone=zone, sides=sides, uncertainty=uncertainty, narrow=narrow, regions=regions, align=align)
+        zone=zone, sides=sides, uncertainty=uncertainty, narrow=narrow, regions=regions, align=align, expect=expect)
     return Result(*_native.measure(sources[0].to_native(), sources[1].to_native(), options, vertex_distances))
 
 

@@ -202,6 +202,7 @@ _CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "sides": ("sides", _sides),
     "topology": ("topology", bool),
     "align": ("align", _align),
+    "expect": ("expect", plain),
 }
 
 

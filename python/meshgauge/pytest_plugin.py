@@ -16,7 +16,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Mapping, Optional
 
 import pytest
 
@@ -64,7 +64,7 @@ def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
             baseline.write(actual, "does not exist")
         result = compare(actual, baseline.mesh, max_distance, **options)
         if result.verdict is None:
-            raise TypeError("assert_mesh_close needs a limit: max_distance, max_share_beyond or zone")
+            raise TypeError("assert_mesh_close needs a limit: max_distance, max_share_beyond or zone, or expect")
         found = result.document["meshes"]["a"]
         if found["triangles"] == 0 and found["format"] != "xyz" and not cloud:
             pytest.fail(f"actual has {found['vertices']} points and no faces; if it is a point cloud, declare it by cloud=True",
@@ -145,8 +145,17 @@ class _Report:
             flags.append(f"--regions={json.dumps([_options.plain(region) for region in regions])}")
         if (align := _options.document(align=self._options.get("align")).get("align")) is not None:
             flags.append("--align=" + (align if isinstance(align, str) else json.dumps(align)))
+        if expect := self._options.get("expect"):
+            flags.append(f"--expect={json.dumps(_as_flag(expect))}")
         timeout = self._options.get("timeout", 30.0)
         return flags + ([f"--timeout={timeout} s"] if timeout else [])
+
+
+def _as_flag(expect: Mapping[str, Any]) -> dict[str, Any]:
+    """Expectations as a manifest has them: a share of the volume in percent."""
+    sent: dict[str, Any] = _options.plain(expect)
+    volume = sent.get("volume", {})
+    return {**sent, "volume": {**volume, "within": f"{100 * volume['within']!r} %"}} if "within" in volume else sent
 
 
 def _environment() -> dict[str, str]:

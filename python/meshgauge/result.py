@@ -72,7 +72,8 @@ class Result:
     def verdict(self) -> Optional[str]:
         """"pass": upper <= max_distance. "fail": lower > max_distance. "undecided": neither. None without a limit. With
         max_share_beyond, zone or regions: "pass" if every limit passes, "fail" if one fails. A zone whose mesh b has no
-        sides is "undecided". With an uncertainty U a distance passes by limit - U, and fails by limit + U.
+        sides is "undecided". With an uncertainty U a distance passes by limit - U, and fails by limit + U. With expect it counts
+        each expectation as a limit.
         """
         return self._document["verdict"]
 

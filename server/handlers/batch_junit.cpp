@@ -87,6 +87,16 @@ std::string found_of_alignment(const Json& document, const std::string& units) {
   return "; a was moved before, no point farther than " + shortest((*found)["largest_displacement"]) + units;
 }
 
+// "; watertight: no: 4 open edges, ..., expected yes: fail" for each expectation; empty without.
+std::string found_of_expectations(const Json& document) {
+  std::string text;
+  if (!document.contains("expectations")) return text;
+  for (const auto& one : document["expectations"])
+    text += "; " + one["name"].get<std::string>() + ": " + one["found"].get<std::string>() + ", expected " +
+            one["expected"].get<std::string>() + ": " + one["verdict"].get<std::string>();
+  return text;
+}
+
 std::string found(const store::Job& job) {
   const auto facts = facts_of(job);
   if (!facts) return detail_of(job);
@@ -95,7 +105,7 @@ std::string found(const store::Job& job) {
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
   const auto document = Json::parse(job.document, nullptr, false);
   return text + found_of_zone(document, units) + found_of_area(document, units) + found_of_regions(document, units) +
-         found_of_alignment(document, units);
+         found_of_expectations(document) + found_of_alignment(document, units);
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {

@@ -30,7 +30,7 @@ double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point e
 }
 
 std::string verdict_of(const api::Comparison& comparison) {
-  const auto found = api::verdict(comparison.outcome, comparison.options);
+  const auto found = api::verdict(comparison);
   return found ? std::string(api::to_string(*found)) : std::string();
 }
 

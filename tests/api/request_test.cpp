@@ -299,6 +299,36 @@ TEST_CASE("request: regions have a shape, a name of their own and perhaps a limi
   CHECK(std::get<Group>(regions[2].shape) == Group{"the lid", {}});
 }
 
+TEST_CASE("request: what is expected of mesh a") {
+  const auto read = api::parse_options(
+      R"({"expect": {"watertight": true, "triangles": {"max": 20}, "degenerate": 0, "volume": {"min": 1, "within": 0.01}}})");
+  REQUIRE(read.ok());
+  const api::Expectations& expect = read->options.expect;
+  CHECK(expect.watertight == true);
+  CHECK(!expect.oriented);
+  CHECK(expect.triangles == api::Span{std::nullopt, 20});
+  CHECK(expect.degenerate == api::Span{0, 0});
+  CHECK(expect.volume == api::Span{1, std::nullopt});
+  CHECK(expect.volume_within == 0.01);
+  CHECK(!api::parse_options("{}")->options.expect.any());
+}
+
+TEST_CASE("request: wrong expectations are refused with their place") {
+  const auto where = [](const std::string& expect) { return refusal("{\"expect\": " + expect + "}").where; };
+  CHECK(where("{}") == "/expect");
+  CHECK(where("true") == "/expect");
+  CHECK(where(R"({"water": true})") == "/expect/water");
+  CHECK(where(R"({"oriented": 1})") == "/expect/oriented");
+  CHECK(where(R"({"triangles": {}})") == "/expect/triangles");
+  CHECK(where(R"({"triangles": "12"})") == "/expect/triangles");
+  CHECK(where(R"({"components": 1.5})") == "/expect/components");
+  CHECK(where(R"({"components": {"within": 1}})") == "/expect/components/within");
+  CHECK(where(R"({"degenerate": {"min": 2, "max": 1}})") == "/expect/degenerate");
+  CHECK(where(R"({"volume": 5})") == "/expect/volume");
+  CHECK(where(R"({"volume": {"max": -1}})") == "/expect/volume/max");
+  CHECK(where(R"({"volume": {"within": "1 %"}})") == "/expect/volume/within");
+}
+
 TEST_CASE("request: wrong regions are refused with their place") {
   const auto where = [](const std::string& regions, const std::string& more = "") {
     return refusal("{" + more + R"("regions": )" + regions + "}").where;

@@ -232,12 +232,12 @@ class LimitsOfTheSides(ServerCase):
         self.assertEqual(result["sides"]["refused"]["reason"], "open")
         self.assertIsNone(result["sides"]["inside"])
 
-    def test_the_report_of_a_batch_names_the_side_that_fails(self):
+    def test_the_report_of_a_batch_names_what_fails(self):
         ids = [self.server.send("POST", "/v1/meshes", mesh).json()["id"] for mesh in (MOVED_CUBE, CUBE)]
-        path = accepted(submit(self.server, pairs(ids, options={"gate": {"zone": [-0.3, 0.2]}})))
+        path = accepted(submit(self.server, pairs(ids, options={"gate": {"zone": [-0.3, 0.2]}, "expect": {"watertight": False}})))
         ended(self.server, path)
         self.assertRegex(self.server.get(path + "/junit.xml").body.decode(),
-                         r"inside in \[\S+, \S+\], limit 0\.3: pass; outside in \[\S+, \S+\], limit 0\.2: fail")
+                         r"inside in \[\S+, \S+\], limit 0\.3: pass; outside in \[\S+, \S+\], limit 0\.2: fail; watertight: yes, expected no: fail")
 
     def test_sides_without_a_gate(self):
         result = self.server.compare(a=MOVED_CUBE, b=CUBE, options={"sides": {"length_tolerance": 0.001}}).json()
@@ -339,13 +339,21 @@ class Cli(unittest.TestCase):
         for words in ("certified a to b", "share beyond 0.001", "p95", "rms", ", areas "):
             self.assertIn(words, table)
 
-    def test_topology_is_that_over_http(self):
+    def test_topology_and_expectations_are_those_over_http(self):
         server = Server()
         self.addCleanup(server.stop)
         sent = server.compare(*(Path(path).read_bytes() for path in self.files), {"topology": True}).json()
         here = json.loads(self.run_cli("--json", "--topology").stdout)
         self.assertEqual(here["meshes"]["a"]["topology"], sent["meshes"]["a"]["topology"])
         self.assertIn("watertight, ", self.run_cli("--topology").stdout)
+        sent = server.compare(*(Path(path).read_bytes() for path in self.files),
+                              {"expect": {"watertight": True, "triangles": {"min": 1}, "volume": {"within": 0.01}}}).json()
+        found = self.run_cli("--json", "--expect", "{watertight: true, triangles: {min: 1}, volume: {within: 1 %}}")
+        self.assertEqual(json.loads(found.stdout)["expectations"], sent["expectations"])
+        self.assertEqual([one["name"] for one in sent["expectations"]], ["watertight", "triangles", "volume.within"])
+        self.assertEqual((sent["verdict"], sent["gate"], found.returncode), ("fail", None, 0))
+        validate(sent, "Comparison")
+        self.assertIn("expected  watertight: no: ", self.run_cli("--expect", "{watertight: true}").stdout)
 
     def test_a_limit_of_the_area(self):
         flags = ("--max-share-beyond", "0.5 mm: 1 %")

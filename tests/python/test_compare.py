@@ -267,6 +267,15 @@ class Results(unittest.TestCase):
             with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
                 meshgauge.compare(SQUARE, RAISED, align=wrong)
 
+    def test_expectations(self):
+        result = meshgauge.compare(SQUARE, RAISED, "3 mm", units="mm", expect={"watertight": True, "triangles": {"min": 1}})
+        self.assertEqual([(one["name"], one["verdict"]) for one in result.document["expectations"]],
+                         [("watertight", "fail"), ("triangles", "pass")])
+        self.assertEqual((result.verdict, meshgauge.compare(SQUARE, RAISED, expect={"triangles": {"min": 1}}).verdict), ("fail", "pass"))
+        for wrong in ({}, {"water": True}, {"volume": {"within": "1 %"}}):
+            with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
+                meshgauge.compare(SQUARE, RAISED, expect=wrong)
+
     def test_sides_and_a_zone(self):
         cube = [(x, y, z) for z in (0.0, 2.0) for y in (0.0, 2.0) for x in (0.0, 2.0)]
         faces = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4),

@@ -57,9 +57,9 @@ TEST_CASE("an undecided gate fails where nothing is known of its area or of an e
     outcome.measured->share_beyond = ShareBeyond{{0.5, 0.25}, lower, upper, "timeout"};
     CHECK(code() == expected);
   }
-  outcome.expectations = {{"volume", Verdict::undecided, "1 .. 2", "at least 1.5"}};
+  outcome.expectations = {{"volume", api::Verdict::undecided, "1 .. 2", "at least 1.5"}};
   CHECK(code() == 0);
-  outcome.expectations.push_back({"watertight", Verdict::undecided, "not known", "yes", false});
+  outcome.expectations.push_back({"watertight", api::Verdict::undecided, "not known", "yes", false});
   CHECK(code() == 2);
 }
 

@@ -64,6 +64,15 @@ test("a zone is worded by the side that fails, first", () => {
   assert.match(open.reason, /^Inside of the baseline \(B\) the candidate reaches 0.01 to 0.02 mm, which does not decide the limit of 0.05 mm ± 0.04 mm\. Outside .* at most 0.06 mm, within/);
 });
 
+test("expectations are worded alone, and beside a limit of the distance", () => {
+  const open = { name: "watertight" as const, verdict: "fail" as const, found: "no: 4 open edges, the first at (0, 0, 0)", expected: "yes" };
+  const count = { name: "triangles" as const, verdict: "pass" as const, found: "12", expected: "at most 20" };
+  const alone = words(comparison({ verdict: "fail", gate: null, expectations: [open, count] }));
+  assert.deepEqual(alone, { tone: "fail", heading: "Fail", reason: `Of the candidate (A) itself: watertight ${open.found}, expected yes.`, proof: "" });
+  const both = words(comparison({ verdict: "pass", gate: gate(0.2), expectations: [count] }));
+  assert.match(both.reason, /away\. The candidate \(A\) itself is as expected: triangles 12\.$/);
+});
+
 test("a limit of the area is worded alone, and beside one of the distance", () => {
   const share_beyond = areaBeyond(0.0021, 0.0027, "pass");
   const told = words(comparison({ verdict: "pass", gate: areaGate, share_beyond }));

@@ -78,9 +78,9 @@ export function pairNotes({ notes }: { notes?: string[] }): string[] {
 export function wordingOf(result: Comparison, timeoutMs: number | null = null): Wording {
   const { verdict } = result;
   if (verdict === null) return withoutGate(result, timeoutMs);
-  const others = [regionsSentence(result, unitsOf(result)), zoneSentence(result), areaSentence(result)].filter((one) => one !== "").join(" ");
+  const others = [regionsSentence(result, unitsOf(result)), zoneSentence(result), areaSentence(result), expectationsSentence(result)].filter((one) => one !== "").join(" ");
   const rest = ofRest(result);
-  if (verdict !== distanceVerdict(rest)) return { tone: verdict, heading: headings[verdict], reason: others, proof: result.regions || result.gate?.zone ? "" : areaProofs[verdict] };
+  if (verdict !== distanceVerdict(rest)) return { tone: verdict, heading: headings[verdict], reason: others, proof: result.regions || result.gate?.zone || result.expectations ? "" : areaProofs[verdict] };
   const words = verdict === "pass" ? forPass(rest) : verdict === "fail" ? forFail(rest) : forUndecided(rest, timeoutMs);
   const reason = result.regions ? `Outside of the regions: ${words.reason}` : words.reason;
   return { ...words, reason: others === "" ? reason : `${reason} ${others}` };
@@ -113,6 +113,13 @@ export function areaSentence(result: Comparison): string {
   const range = lower === 0 ? `At most ${to} %` : `Between ${from} and ${to} %`;
   const open = found.verdict === "undecided" ? `: whether at most ${most} is, is not decided` : `; at most ${most} may be`;
   return `${range} of the area is farther than ${withUnits(plain(found.distance), unitsOf(result))}${open}.`;
+}
+
+/** What was found of the candidate itself, against what is expected; "": nothing is. */
+export function expectationsSentence({ expectations = [] }: Comparison): string {
+  const unmet = expectations.filter((one) => one.verdict !== "pass").map(({ name, verdict, found, expected }) => `${name} ${found}, expected ${expected}${verdict === "undecided" ? " (undecided)" : ""}`);
+  if (unmet.length > 0) return `Of the candidate (A) itself: ${unmet.join("; ")}.`;
+  return expectations.length === 0 ? "" : `The candidate (A) itself is as expected: ${expectations.map(({ name, found }) => `${name} ${found}`).join(", ")}.`;
 }
 
 /** How far the candidate reaches to each side of the baseline, or why it has no sides; "": there is no zone. */

@@ -1,10 +1,13 @@
-#include "check/html/figures.h"
+#include "api/figures.h"
 
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 
-namespace meshgauge::check {
+#include "api/decimal.h"
+#include "api/with_unit.h"
+
+namespace meshgauge::api {
 namespace {
 
 constexpr int kFewest = 4;
@@ -108,4 +111,13 @@ std::string in_time(double ms) {
   return ms < 120'000 ? to_digits(ms / 1000, 3) + " s" : to_digits(ms / 60'000, 3) + " min";
 }
 
-}  // namespace meshgauge::check
+std::string in_words(const Vec3& point) {
+  return "(" + shortest(point.x()) + ", " + shortest(point.y()) + ", " + shortest(point.z()) + ")";
+}
+
+std::string edges_in_words(std::uint64_t count, std::string_view kind, const Vec3& first, std::string_view unit) {
+  return std::to_string(count) + " " + std::string(kind) + (count == 1 ? " edge, at " : " edges, the first at ") +
+         with_unit(in_words(first), unit);
+}
+
+}  // namespace meshgauge::api

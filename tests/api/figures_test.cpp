@@ -1,4 +1,4 @@
-#include "check/html/figures.h"
+#include "api/figures.h"
 
 #include <charconv>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <doctest/doctest.h>
 
-using namespace meshgauge::check;
+using namespace meshgauge::api;
 
 namespace {
 

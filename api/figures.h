@@ -3,8 +3,11 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
-namespace meshgauge::check {
+#include "engine/mesh.h"
+
+namespace meshgauge::api {
 
 // Formats x with up to `digits` significant digits, 1 to 17, without trailing zeros: "0.00012", "150000", "1.5e-12".
 std::string to_digits(double x, int digits);
@@ -27,4 +30,9 @@ std::string grouped(std::uint64_t count);   // "1,234,567"
 std::string in_bytes(std::uint64_t bytes);  // "1.4 MB"
 std::string in_time(double ms);             // "1.4 s"
 
-}  // namespace meshgauge::check
+std::string in_words(const Vec3& point);  // "(1, 2.5, 3)", each number by shortest()
+
+// Returns "4 open edges, the first at (0.5, 0, 1) mm" for the kind "open". `unit` may be empty.
+std::string edges_in_words(std::uint64_t count, std::string_view kind, const Vec3& first, std::string_view unit);
+
+}  // namespace meshgauge::api

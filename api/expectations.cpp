@@ -1,17 +1,18 @@
-#include "check/expectations.h"
+#include "api/expectations.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
+#include "api/figures.h"
+#include "api/gate.h"
 #include "api/with_unit.h"
-#include "check/html/figures.h"
-#include "check/outcome.h"
-#include "check/text.h"
 #include "engine/rounding.h"
 
-namespace meshgauge::check {
+namespace meshgauge::api {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -49,7 +50,7 @@ Verdict verdict_in(const Found& found, const Span& span) {
 }
 
 // Whether |found - of| <= share * |of|, for all or for no numbers of the two intervals.
-Verdict verdict_within(const Found& found, const Found& of, double share) {
+Verdict is_within(const Found& found, const Found& of, double share) {
   const Found difference{rounding::down(found.lower - of.upper), rounding::up(found.upper - of.lower)};
   const double most = std::max(-difference.lower, difference.upper);
   const double least = std::max({difference.lower, -difference.upper, 0.0});
@@ -59,7 +60,7 @@ Verdict verdict_within(const Found& found, const Found& of, double share) {
 }
 
 std::string in_figures(double number, const std::string& unit) {
-  return api::with_unit(to_digits(number, kFoundDigits), unit);
+  return with_unit(to_digits(number, kFoundDigits), unit);
 }
 
 std::string in_figures(const Found& interval, const std::string& unit) {
@@ -76,11 +77,10 @@ std::string in_figures(const Span& span, const std::string& unit) {
                                 : to_digits(*span.min, kFoundDigits) + " to " + in_figures(*span.max, unit);
 }
 
-// Collects the expectations of one outcome.
+// Collects the expectations of one result.
 class Examination {
  public:
-  explicit Examination(const GateOutcome& outcome)
-      : outcome_(outcome), meshes_(found_at(outcome.measured->document, "/meshes")) {}
+  Examination(const Json& meshes, const std::string& unit) : meshes_(meshes), unit_(unit) {}
 
   void examine(const char* name, const std::optional<bool>& expected, const std::string& defects) {
     if (!expected) return;
@@ -112,7 +112,7 @@ class Examination {
       if (!known("volume.within", mesh, expected + "volume")) return;
     }
     expected += in_figures(*b, unit);
-    add("volume.within", verdict_within(*a, *b, *expect.volume_within), in_figures(*a, unit), expected);
+    add("volume.within", is_within(*a, *b, *expect.volume_within), in_figures(*a, unit), expected);
   }
 
   // "4 open edges, the first at (0.5, 0, 1) mm"; empty without such an edge.
@@ -123,7 +123,7 @@ class Examination {
                           std::all_of(first.begin(), first.end(), [](const Json& x) { return x.is_number(); });
     if (!count.is_number_integer() || count.get<std::int64_t>() <= 0 || !is_place) return "";
     const Vec3 place(first[0].get<double>(), first[1].get<double>(), first[2].get<double>());
-    return edges_in_words(count.get<std::uint64_t>(), kind, place, outcome_.unit());
+    return edges_in_words(count.get<std::uint64_t>(), kind, place, unit_);
   }
 
   std::vector<Expectation> take() && { return std::move(all_); }
@@ -152,19 +152,17 @@ class Examination {
     return false;
   }
 
-  std::string cubic() const { return outcome_.unit().empty() ? "" : outcome_.unit() + "^3"; }
+  std::string cubic() const { return unit_.empty() ? "" : unit_ + "^3"; }
 
-  const GateOutcome& outcome_;
   const Json& meshes_;
+  const std::string& unit_;
   std::vector<Expectation> all_;
 };
 
 }  // namespace
 
-std::vector<Expectation> examined(const GateOutcome& outcome) {
-  if (!outcome.measured) return {};
-  const Expectations& expect = outcome.gate.expect;
-  Examination examination(outcome);
+std::vector<Expectation> examined(const Expectations& expect, const Json& meshes, const std::string& unit) {
+  Examination examination(meshes, unit);
   const std::string open = examination.edges("open", "open_edges");
   const std::string crowded = examination.edges("non-manifold", "non_manifold_edges");
   examination.examine("watertight", expect.watertight, open + (open.empty() || crowded.empty() ? "" : "; ") + crowded);
@@ -176,4 +174,4 @@ std::vector<Expectation> examined(const GateOutcome& outcome) {
   return std::move(examination).take();
 }
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge::api
