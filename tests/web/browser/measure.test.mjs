@@ -95,7 +95,7 @@ test("a long job is cancelled, and the interval that it had reached is kept", as
   const walk = await place.open(), { tab } = walk;
   await walk.fill(endless(place));
   await walk.measure();
-  await tab.page.locator("#run-view .band").waitFor();
+  await walk.searching();
   await walk.press("Cancel");
   await walk.measured();
   await tab.shot("6_cancelled", { whole: true });

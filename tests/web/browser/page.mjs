@@ -52,6 +52,11 @@ export class Walk {
     await this.page.locator("#result-view").waitFor();
   }
 
+  // Waits until the search has an interval: a comparison that is cancelled earlier ends without a result.
+  searching() {
+    return this.reads("#run-view .reading", /\d\s*to\s*\d/);
+  }
+
   // The comparison's id, from the address.
   id() {
     const id = /\/c\/([0-9a-f]{32})$/.exec(new URL(this.page.url()).pathname)?.[1];

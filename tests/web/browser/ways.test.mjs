@@ -23,7 +23,7 @@ const isThere = (id) => asked(place.service, `/v1/comparisons/${id}`).then((answ
 async function running(walk) {
   await walk.fill(endless(place));
   await walk.measure();
-  await walk.page.locator("#run-view .band").waitFor();
+  await walk.searching();
   return walk.id();
 }
 
