@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/decimal.h"
+#include "api/figures.h"
 #include "api/names.h"
 #include "api/with_unit.h"
 
@@ -40,8 +40,7 @@ Json of_side(const SideBounds& found) {
 std::string in_words(const NoSides& refused, const std::optional<LengthUnit>& unit) {
   using Why = NoSides::Why;
   std::string at;
-  if (const auto& p = refused.at)
-    at = with_unit("(" + shortest(p->x()) + ", " + shortest(p->y()) + ", " + shortest(p->z()) + ")", unit);
+  if (const auto& p = refused.at) at = with_unit(in_words(*p), unit);
   switch (refused.why) {
     case Why::open:
       return "mesh b is open: an edge at " + at + " has one triangle";

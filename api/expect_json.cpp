@@ -18,8 +18,7 @@ namespace {
 
 using JsonValue = nlohmann::json;
 
-constexpr Range kVolumeRange{};
-constexpr Range kWithinRange{};
+constexpr Range kVolumeRange{};  // and of a share of it
 constexpr std::string_view kCountMembers[] = {"min", "max"};
 constexpr std::string_view kVolumeMembers[] = {"min", "max", "within"};
 
@@ -91,7 +90,7 @@ Result<Done> read_volume(const JsonValue& value, const std::string& pointer, Exp
   if (auto ok = read_span(value, kVolumeRange, pointer, span); !ok) return ok;
   if (span.min || span.max) expect.volume = span;
   if (!value.contains("within")) return Done{};
-  return read_end(value["within"], kWithinRange, pointer + "/within", expect.volume_within);
+  return read_end(value["within"], kVolumeRange, pointer + "/within", expect.volume_within);
 }
 
 constexpr std::string_view kExpectMembers[] = {"watertight", "oriented",   "triangles",

@@ -101,6 +101,13 @@ Json json_of(const std::optional<Statistics>& statistics) {
           {"b_to_a", json_of(statistics->b_to_a)}};
 }
 
+// The worst verdict of the limits and of the expectations.
+std::optional<Verdict> worst_of(const Comparison& comparison, const std::vector<Expectation>& expectations) {
+  auto found = verdict(comparison.outcome, comparison.options);
+  for (const Expectation& one : expectations) found = worst(found.value_or(one.verdict), one.verdict);
+  return found;
+}
+
 }  // namespace
 
 std::vector<Stage> stages(const Comparison& comparison) {
@@ -124,14 +131,13 @@ std::vector<Expectation> expectations_of(const Comparison& comparison) {
 }
 
 std::optional<Verdict> verdict(const Comparison& comparison) {
-  auto found = verdict(comparison.outcome, comparison.options);
-  for (const Expectation& one : expectations_of(comparison)) found = worst(found.value_or(one.verdict), one.verdict);
-  return found;
+  return worst_of(comparison, expectations_of(comparison));
 }
 
 std::string to_json(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
-  const auto found = verdict(comparison);
+  const auto expectations = expectations_of(comparison);
+  const auto found = worst_of(comparison, expectations);
   Json json{{"id", comparison.id},
             {"status", name_of(kStops, outcome.stop)},
             {"verdict", found ? Json(to_string(*found)) : Json(nullptr)},
@@ -151,7 +157,7 @@ std::string to_json(const Comparison& comparison) {
   if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *comparison.options.align);
   if (const auto share = share_beyond(outcome, comparison.options))
     json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
-  if (comparison.options.expect.any()) json["expectations"] = api::json_of(expectations_of(comparison));
+  if (comparison.options.expect.any()) json["expectations"] = api::json_of(expectations);
   if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   if (outcome.sides) json["sides"] = json_of(*outcome.sides, comparison.units.result.unit);

@@ -29,6 +29,4 @@ std::string percent_encoded(std::string_view bytes, std::string_view kept) {
   return uri;
 }
 
-std::string text(const Vec3& p) { return api::in_words(p); }
-
 }  // namespace meshgauge::check

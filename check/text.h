@@ -14,6 +14,7 @@ namespace meshgauge::check {
 using api::grouped;
 using api::in_bytes;
 using api::in_time;
+using api::in_words;
 using api::IntervalText;
 using api::shortest;
 using api::to_digits;
@@ -28,7 +29,5 @@ std::string_view trimmed(std::string_view text);  // without surrounding blanks 
 
 // Percent-encodes every byte except letters, digits and those in `kept` (RFC 3986).
 std::string percent_encoded(std::string_view bytes, std::string_view kept);
-
-std::string text(const Vec3& p);  // "(1, 2.5, 3)", each number by shortest()
 
 }  // namespace meshgauge::check

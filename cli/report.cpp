@@ -18,7 +18,6 @@ namespace {
 
 using api::Comparison;
 using check::shortest;
-using check::text;
 using Unit = std::optional<api::LengthUnit>;  // unit of all measured lengths
 
 __attribute__((format(printf, 2, 3))) void append(std::string& out, const char* format, ...) {
@@ -78,9 +77,9 @@ void add_direction(std::string& out, const char* name, const std::optional<Direc
          api::with_unit(shortest(directed->bounds.upper), unit).c_str(), 100 * directed->culling.rate(),
          directed->culling.survivors, directed->culling.triangles, from.notes.cloud ? "points" : "triangles");
   if (const auto& witness = directed->bounds.witness) {
-    append(out, "  witness %s on %s %u\n", api::with_unit(text(witness->point_a), unit).c_str(),
+    append(out, "  witness %s on %s %u\n", api::with_unit(api::in_words(witness->point_a), unit).c_str(),
            from.notes.cloud ? "point" : "triangle", witness->triangle_a);
-    append(out, "  nearest %s on triangle %u\n", api::with_unit(text(witness->point_b), unit).c_str(),
+    append(out, "  nearest %s on triangle %u\n", api::with_unit(api::in_words(witness->point_b), unit).c_str(),
            witness->triangle_b);
   }
 }

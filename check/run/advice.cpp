@@ -32,9 +32,10 @@ std::string for_side(const GateOutcome& outcome) {
     const ZoneReached& zone = *outcome.measured->zone;
     const ZoneReached::Side& side = criterion.side == "inside" ? zone.inside : zone.outside;
     if (!side.at) break;
-    return "Look at " + with_unit(text(*side.at), outcome.unit()) + " on triangle " + std::to_string(side.triangle) +
-           " of the candidate: it is " + with_unit(shortest(side.lower), outcome.unit()) + " or more " +
-           std::string(criterion.side) + " of the baseline.";
+    return "Look at " + with_unit(in_words(*side.at), outcome.unit()) + " on triangle " +
+           std::to_string(side.triangle) + " of the candidate: it is " +
+           with_unit(shortest(side.lower), outcome.unit()) + " or more " + std::string(criterion.side) +
+           " of the baseline.";
   }
   return "";
 }
@@ -47,10 +48,11 @@ std::string for_fail(const GateOutcome& outcome) {
   if (!witness) return "";
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
-  return "Look at " + with_unit(text(witness->from), unit) + " on " + measured.place_of_witness() + " of the " + from +
-         ": it is " + with_unit(shortest(measured.reached.value_or(measured.lower)), unit) + " or more from the " + to +
-         ", nearest to " + with_unit(text(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) +
-         "." + (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
+  return "Look at " + with_unit(in_words(witness->from), unit) + " on " + measured.place_of_witness() + " of the " +
+         from + ": it is " + with_unit(shortest(measured.reached.value_or(measured.lower)), unit) +
+         " or more from the " + to + ", nearest to " + with_unit(in_words(witness->to), unit) + " on triangle " +
+         std::to_string(witness->to_triangle) + "." +
+         (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
 // Returns the limits that the interval decides; empty: none.
