@@ -11,7 +11,7 @@ import sys
 import tempfile
 import unittest
 
-from harness import campaign, contenders, meshes, page, paper, pairs, plan, results, rivals, store, tables, targets
+from harness import campaign, contenders, meshes, page, paper, pairs, plan, results, rivals, store, tables, targets, text
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ.get("MESHGAUGE_BUILD", HERE.parents[1] / "build"))
@@ -193,6 +193,18 @@ class Reduced(unittest.TestCase):
         table = paper.stage_table(results.Results(runs), "placement")
         self.assertIn("| x | 0.01 | 250 ms + 250 ms | 1.00 s | 75 % | 250 ms + 250 ms | 1.00 s | 75 % |", table)
         self.assertIn("| x | 0 | – | timeout | – | – | – | – |", table)
+        runs = [row(experiment="resolution", pair="res/x_dec1", contender="four_point", survivors=9.0, subdivisions=40.0)]
+        self.assertIn("| x | dec1 | 2 000 | 9 | 40 | – | – |", paper.subdivisions(results.Results(runs)))
+
+    def test_the_handicap_is_named_wherever_triangle_set_is_shown(self):
+        own, theirs = results.Results([row()]), results.Results([row(), row(contender="triangle_set")])
+        tables_of = (tables.finished, tables.process, tables.speedups, tables.by_kind)
+        for make in tables_of:
+            made = {"x": lambda make=make: make(theirs)}
+            filled = page.fill("<!-- figures: x -->\n<!-- end -->", made)
+            self.assertIn("-->\n`triangle_set` has a [handicap](#the", filled)
+            self.assertNotIn("handicap", text.with_handicap(make(own)))
+        self.assertIn("\n`triangle_set` has a [handicap](../benchmarks.md#the", tables.all_pairs(theirs))
 
     def test_sentences(self):
         run = row(contender="four_point", queries=30.0, cache_hits=10.0, subdivisions=4.0)

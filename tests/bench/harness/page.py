@@ -10,7 +10,7 @@ import re
 import sys
 import textwrap
 
-from . import paper, series_tables, side, store, tables, targets
+from . import paper, series_tables, side, store, tables, targets, text
 from .results import Results
 
 MARKED = re.compile(r"(<!-- figures: (\w+) -->\n)(?:(?!<!--).)*(<!-- end -->)", re.DOTALL)
@@ -34,11 +34,13 @@ def fragments(results, folder, sessions, record=None):
             "table1": paper.table1,
             "placement": lambda results: paper.stage_table(results, "placement"),
             "resolution": lambda results: paper.stage_table(results, "resolution"),
+            "subdivisions": paper.subdivisions,
             "sharing": paper.sharing,
             "gate": series_tables.gate,
             "growth": series_tables.growth,
             "zero": series_tables.zero,
             "memory": series_tables.memory,
+            "tolerance": series_tables.tolerance,
             "reading": series_tables.reading,
         }.items()
     }
@@ -55,7 +57,8 @@ def fill(page, made):
     def replace(match):
         if match[2] not in made:
             raise SystemExit(f"bench: docs/benchmarks.md asks for figures that nothing makes: {match[2]}")
-        lines = (line if line.startswith("|") else textwrap.fill(line, 100) for line in made[match[2]]().split("\n"))
+        figures = text.with_handicap(made[match[2]]())
+        lines = (line if line.startswith("|") else textwrap.fill(line, 100) for line in figures.split("\n"))
         return match[1] + "\n".join(lines) + "\n" + match[3]
 
     return MARKED.sub(replace, page)

@@ -127,6 +127,19 @@ def stage_table(results, experiment):
     return text.table(("model", what, *header), rows)
 
 
+def subdivisions(results):
+    """The sizes of the paper's Table 2, and what explains its Figure 9."""
+    rows = []
+    for shape, cases in stages(results, "resolution").items():
+        for label, by_name in cases:
+            runs = [by_name.get(name) for name in METHODS]
+            counts = (run[field] if run and run.finished else None for run in runs for field in ("survivors", "subdivisions"))
+            cells = ("–" if count is None else text.count(count) for count in counts)
+            rows.append((shape, label, text.count(next(iter(by_name.values()))["triangles_a"]), *cells))
+    header = (cell for name in METHODS for cell in (f"`{name}`: left by the traversal", "subdivisions"))
+    return text.table(("model", "A", "triangles of A", *header), rows)
+
+
 def _stage_cells(result):
     if result is None or not result.finished:
         return ("–", result.status if result else "–", "–")

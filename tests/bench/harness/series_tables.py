@@ -53,6 +53,10 @@ def zero(results):
     )
 
 
+def tolerance(results):
+    return "![against tolerance](benchmarks/scaling_tolerance.svg)" if results.of("tolerance") else text.NO_FIGURES
+
+
 def memory(results):
     rows = []
     for name in results.contenders("growth"):
@@ -88,7 +92,9 @@ def reading(results):
                         text.percent(read / run["total"]),
                     )
                 )
-    return text.table(
+    if not rows:
+        return text.NO_FIGURES
+    return "![stages](benchmarks/reading.svg)\n\n" + text.table(
         (
             "format",
             "contender",

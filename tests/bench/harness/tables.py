@@ -299,6 +299,6 @@ def all_pairs(results):
     return (
         "# Every pair\n\nFor users and contributors: every measurement of the pairs, one table a tolerance. Made by\n"
         "`./dev bench report`; [benchmarks.md](../benchmarks.md) says how.\n\n"
-        + "\n\n".join(parts)
+        + text.with_handicap("\n\n".join(parts), "../benchmarks.md")
         + "\n"
     )

@@ -1,6 +1,8 @@
 """Numbers and tables as Markdown."""
 import math
 
+NO_FIGURES = "*No figures: the runs that this needs were not made.*"
+
 
 def seconds(value):
     if value is None or math.isnan(value):
@@ -34,7 +36,13 @@ def count(value):
 def table(header, rows):
     """Columns after the first are numbers, to the right."""
     if not rows:
-        return "*No figures: the runs that this table needs were not made.*"
+        return NO_FIGURES
     lines = ["| " + " | ".join(header) + " |", "|---" + "|--:" * (len(header) - 1) + "|"]
     lines += ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]
     return "\n".join(lines)
+
+
+def with_handicap(figures, page=""):
+    """Says before figures that show `triangle_set`, our [TLK09], that it has a handicap, which `page` describes."""
+    note = f"`triangle_set` has a [handicap]({page}#the-papers-evidence-on-these-pairs).\n\n"
+    return (note if "`triangle_set`" in figures else "") + figures
