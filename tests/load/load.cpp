@@ -7,8 +7,9 @@
 // Open loop (--rate): requests are due at random times (Poisson) whatever became of the others, and each latency counts
 // from the time when its request was due, so that a service that stalls is not spared the requests that came meanwhile.
 //
-// REQUEST is a file with a whole HTTP request. The rows of FILE: when it was due (s), latency from then (s), from when
-// it was sent (s), status (below 0: no answer), which REQUEST (from 0), whether it had to be sent again.
+// REQUEST is a file with a whole HTTP request; with "Expect: 100-continue" its body waits for that response. The rows
+// of FILE: when it was due (s), latency from then (s), from when it was sent (s), status (below 0: no answer), which
+// REQUEST (from 0), whether it had to be sent again.
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/epoll.h>
@@ -16,19 +17,15 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <deque>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <random>
-#include <set>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -36,12 +33,14 @@
 
 #include <CLI/CLI.hpp>
 
+#include "response.h"
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr int kNotConnected = -1, kBroken = -2, kUnanswered = -3, kNotSent = -4;
+constexpr int kNotConnected = -1, kUnanswered = -3, kNotSent = -4;  // beside kBroken
 constexpr std::chrono::microseconds kLookGap{200};
 
 struct Settings {
@@ -66,50 +65,9 @@ struct Row {
   bool again;
 };
 
-// A response as far as it matters: its status, its length, and whether the connection goes on.
-class Response {
- public:
-  // Gives true at the end of the response. What is not understood ends it with status kBroken.
-  bool take(std::string_view bytes) {
-    if (!headed_) {
-      head_.append(bytes);
-      const std::size_t end = head_.find("\r\n\r\n");
-      if (end == std::string::npos) return false;
-      headed_ = true;
-      parse(std::string_view(head_).substr(0, end + 2));
-      bytes = std::string_view(head_).substr(end + 4);
-    }
-    left_ -= std::min<std::uint64_t>(left_, bytes.size());
-    return left_ == 0;
-  }
-
-  bool begun() const { return !head_.empty(); }
-  int status() const { return status_; }
-  bool closes() const { return closes_; }
-
- private:
-  void parse(std::string_view head) {
-    status_ = kBroken;
-    if (head.starts_with("HTTP/1.1 ")) std::from_chars(head.data() + 9, head.data() + head.size(), status_);
-    left_ = 0;
-    if (const auto length = value_of(head, "\r\nContent-Length: "); !length.empty()) {
-      std::from_chars(length.data(), length.data() + length.size(), left_);
-    }
-    closes_ = value_of(head, "\r\nConnection: ") == "close";
-  }
-
-  static std::string_view value_of(std::string_view head, std::string_view name) {
-    const std::size_t at = head.find(name);
-    if (at == std::string_view::npos) return {};
-    head.remove_prefix(at + name.size());
-    return head.substr(0, head.find("\r\n"));
-  }
-
-  std::string head_;
-  bool headed_ = false;
-  int status_ = kBroken;
-  std::uint64_t left_ = 0;
-  bool closes_ = false;
+struct Request {
+  std::string text;
+  std::size_t unasked;  // bytes that are sent at once
 };
 
 struct Flow {  // a connection and the request on it
@@ -165,8 +123,12 @@ class Client {
   void add_request(const std::string& text) {
     const std::size_t equals = text.rfind('=');
     std::ifstream file(text.substr(0, equals), std::ios::binary);
-    requests_.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    if (requests_.back().empty()) throw CLI::ValidationError(text, "no such request");
+    std::string whole{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    if (whole.empty()) throw CLI::ValidationError(text, "no such request");
+    const std::size_t head = whole.find("\r\n\r\n") + 4;
+    const bool asks = std::string_view(whole).substr(0, head).find("\r\nExpect: ") != std::string_view::npos;
+    const std::size_t unasked = asks ? head : whole.size();
+    requests_.push_back({std::move(whole), unasked});
     weights_.push_back(equals == std::string::npos ? 1 : std::stod(text.substr(equals + 1)));
   }
 
@@ -286,10 +248,10 @@ class Client {
   }
 
   bool send(Flow& flow) {
-    const std::string& request = requests_[flow.request];
-    while (flow.sent_bytes < request.size()) {
-      const ssize_t n =
-          ::send(flow.fd, request.data() + flow.sent_bytes, request.size() - flow.sent_bytes, MSG_NOSIGNAL);
+    const Request& request = requests_[flow.request];
+    const std::size_t most = flow.response.invited() ? request.text.size() : request.unasked;
+    while (flow.sent_bytes < most) {
+      const ssize_t n = ::send(flow.fd, request.text.data() + flow.sent_bytes, most - flow.sent_bytes, MSG_NOSIGNAL);
       if (n < 0) return errno == EAGAIN || errno == ENOTCONN;
       flow.sent_bytes += static_cast<std::size_t>(n);
     }
@@ -298,7 +260,7 @@ class Client {
 
   void answered(Flow& flow) {
     record(flow, flow.response.status());
-    if (flow.response.closes() || flow.sent_bytes < requests_[flow.request].size()) {
+    if (flow.response.closes() || flow.sent_bytes < requests_[flow.request].text.size()) {
       close(flow);
     } else {
       idle_.push_back(&flow);
@@ -344,7 +306,7 @@ class Client {
   const Settings settings_;
   std::mt19937_64 random_;
   std::discrete_distribution<std::size_t> choice_;
-  std::vector<std::string> requests_;
+  std::vector<Request> requests_;
   std::vector<double> weights_;
   int epoll_ = -1;
   Clock::time_point start_, end_, due_;

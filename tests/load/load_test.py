@@ -115,6 +115,17 @@ class Client(unittest.TestCase):
         rows, _ = self.run_client(lambda _: BUSY, "--connections", 1, "--seconds", 0.3, request=request)
         self.assertIn("503", {row["status"] for row in rows})
 
+    def test_a_body_that_asks_first_is_sent_when_it_is_invited(self):
+        head = b"POST / HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nContent-Length: %d\r\n\r\n"
+        body = b"POST /body HTTP/1.1\r\n\r\n"  # the stub counts it as a request of its own
+        invites = b"HTTP/1.1 100 Continue\r\n\r\n"
+        rows, stub = self.run_client(lambda n: OK if n % 2 == 0 else invites, "--connections", 1, "--seconds", 0.3, request=head % len(body) + body)
+        self.assertEqual({row["status"] for row in rows}, {"200"})
+        self.assertEqual(2 * len(rows), stub.seen)
+        rows, stub = self.run_client(lambda _: BUSY, "--connections", 1, "--seconds", 0.3, request=head % len(body) + body)
+        self.assertEqual({row["status"] for row in rows}, {"503"})
+        self.assertEqual(len(rows), stub.seen)  # no body came
+
     def test_no_server_there(self):
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]

@@ -28,6 +28,9 @@ def multipart(parts):
     return body + f"--{BOUNDARY}--\r\n".encode()
 
 
+LARGE = 1 << 20  # bytes from which curl, and `check --server`, ask before they send a body
+
+
 def whole(body, key=None, media_type=f"multipart/form-data; boundary={BOUNDARY}"):
     """The request as it goes over the wire."""
     lines = [
@@ -36,6 +39,7 @@ def whole(body, key=None, media_type=f"multipart/form-data; boundary={BOUNDARY}"
         f"Content-Type: {media_type}",
         f"Content-Length: {len(body)}",
         *([f"Authorization: Bearer {key}"] if key else []),
+        *(["Expect: 100-continue"] if len(body) > LARGE else []),
     ]
     return "\r\n".join(lines).encode() + b"\r\n\r\n" + body
 
