@@ -66,7 +66,7 @@ class Client:
 
     def submit_endless(self):
         body = multipart(square(1, 20, self.new_name()), square(1, 23, self.new_name()), {**ENDLESS, "timeout_ms": 300})
-        self.post(body, {**FORM, **ASYNC}, 0, brief=True)
+        return self.post(body, {**FORM, **ASYNC}, 0, brief=True)
 
     def submit_with_key(self):
         a, b, distance = self.pair()

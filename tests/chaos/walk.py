@@ -1,12 +1,14 @@
 """The load of the campaign of failing calls: one client that does everything, and what it is promised."""
 
 import json
+import time
 
 from ledger import Ledger
 from load import Client
 from victim import FORM, Gone, ask, multipart, square
 
 HONEST = (429, 500, 503, 507)
+MOST_LOOKS = 50
 CUT_OFF = "the connection was closed before the body was complete"
 
 
@@ -41,7 +43,7 @@ class User(Client):
         self.port = port
         silent = 0
         for act in (self.store_mesh, self.store_mesh, self.submit, self.submit_with_key, self.repeat, self.compare_now,
-                    self.compare_large, self.compare_by_id, self.compare_grids, self.submit_endless, self.map_of_last, self.batch,
+                    self.compare_large, self.compare_by_id, self.compare_grids, self.follow_endless, self.map_of_last, self.batch,
                     self.wait_a_little, self.look, self.unknown, self.ready, self.remove_job, self.delete_mesh):
             try:
                 act()
@@ -62,6 +64,17 @@ class User(Client):
         """Brings the search into its last phase."""
         self.post(multipart(square(1, 20, self.new_name()), square(1, 23, self.new_name()),
                             {"strategy": "four_point", "tolerance": {"absolute": 0.01}}), FORM, 0)
+
+    def follow_endless(self):
+        """Looks at a job that runs until it tells of its progress."""
+        answer = self.submit_endless()
+        if answer.status != 202:
+            return
+        for _ in range(MOST_LOOKS):
+            seen = ask(self.port, "GET", "/v1/comparisons/" + answer.json()["id"])
+            if seen.status == 200 and (seen.json()["progress"] or seen.json()["state"] not in ("queued", "running")):
+                return
+            time.sleep(0.02)
 
     def unknown(self):
         answer = ask(self.port, "GET", "/v1/comparisons/" + "0" * 32)
