@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <iterator>
 #include <span>
 #include <string_view>
@@ -99,6 +100,19 @@ constexpr std::array<ExpectReader, std::size(kExpectMembers)> kExpectReaders{
     read_truth<&Expectations::watertight>, read_truth<&Expectations::oriented>,   read_count<&Expectations::triangles>,
     read_count<&Expectations::degenerate>, read_count<&Expectations::components>, read_volume};
 
+nlohmann::ordered_json span_of(const Span& span) {
+  auto json = nlohmann::ordered_json::object();
+  if (span.min) json["min"] = *span.min;
+  if (span.max) json["max"] = *span.max;
+  return json;
+}
+
+nlohmann::ordered_json count_of(const Span& span) {
+  auto json = span.min && span.min == span.max ? nlohmann::ordered_json(*span.min) : span_of(span);
+  for (auto& end : json) end = static_cast<std::uint64_t>(end.get<double>());  // in kCountRange, of whole numbers
+  return json;
+}
+
 }  // namespace
 
 Result<Expectations> read_expect(const JsonValue& value, const std::string& pointer) {
@@ -117,6 +131,18 @@ nlohmann::ordered_json json_of(const std::vector<Expectation>& expectations) {
   for (const Expectation& one : expectations)
     json.push_back(
         {{"name", one.name}, {"verdict", to_string(one.verdict)}, {"found", one.found}, {"expected", one.expected}});
+  return json;
+}
+
+nlohmann::ordered_json json_of(const Expectations& expect) {
+  auto json = nlohmann::ordered_json::object();
+  if (expect.watertight) json["watertight"] = *expect.watertight;
+  if (expect.oriented) json["oriented"] = *expect.oriented;
+  if (expect.triangles) json["triangles"] = count_of(*expect.triangles);
+  if (expect.degenerate) json["degenerate"] = count_of(*expect.degenerate);
+  if (expect.components) json["components"] = count_of(*expect.components);
+  if (expect.volume) json["volume"] = span_of(*expect.volume);
+  if (expect.volume_within) json["volume"]["within"] = *expect.volume_within;
   return json;
 }
 

@@ -47,6 +47,8 @@ struct Expectation {
 Result<Expectations> read_expect(const nlohmann::json& value, const std::string& pointer);
 
 nlohmann::ordered_json json_of(const std::vector<Expectation>& expectations);
+// Writes what read_expect() reads, members in a fixed order: a count of one value as a number.
+nlohmann::ordered_json json_of(const Expectations& expect);
 
 // Returns what is expected with what the `meshes` of a result document say of it. `unit`: of the result's lengths, or
 // empty. With of_topology(), a mesh without `topology` was not examined in time.

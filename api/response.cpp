@@ -157,7 +157,10 @@ std::string to_json(const Comparison& comparison) {
   if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *comparison.options.align);
   if (const auto share = share_beyond(outcome, comparison.options))
     json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
-  if (comparison.options.expect.any()) json["expectations"] = api::json_of(expectations);
+  if (comparison.options.expect.any()) {
+    json["expect"] = api::json_of(comparison.options.expect);
+    json["expectations"] = api::json_of(expectations);
+  }
   if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   if (outcome.sides) json["sides"] = json_of(*outcome.sides, comparison.units.result.unit);

@@ -133,7 +133,7 @@ inline api::ComparisonOptions options_of(const Gate& gate, const Limits& limits)
   options.units.limit_of_b = has_diagonal_share(gate);
   if (!limits.max_distance && !gate.tolerance_given) options.tolerance = kToleranceOfArea;
   if (gate.statistics) options.statistics.emplace();
-  options.topology = gate.expect.of_topology();
+  options.expect = gate.expect;
   return options;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/align.h"
+#include "api/expectations.h"
 #include "api/json_filter.h"
 #include "api/json_of.h"
 #include "api/names.h"
@@ -153,11 +154,13 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& 
   if (asked.align && !api::is_alignment_by(*alignment, *asked.align)) return false;
   const auto gate = comparison.find("gate");
   if (gate == comparison.end() || !gate->is_object()) return false;
-  const auto same = [&](const char* member, const Json& wanted) {
-    const auto found = gate->find(member);
-    return found == gate->end() ? wanted.is_null() : *found == wanted;
+  const auto has = [](const Json& json, const char* member, const Json& wanted) {
+    const auto found = json.find(member);
+    return found == json.end() ? wanted.is_null() : *found == wanted;
   };
+  const auto same = [&](const char* member, const Json& wanted) { return has(*gate, member, wanted); };
   return has_regions(comparison, limits) &&
+         has(comparison, "expect", asked.expect.any() ? api::json_of(asked.expect) : Json()) &&
          same("max_distance", limits.max_distance ? Json(*limits.max_distance) : Json()) &&
          same("max_share_beyond", limits.max_share_beyond ? Json(api::json_of(*limits.max_share_beyond)) : Json()) &&
          same("zone", limits.zone ? Json(api::json_of(*limits.zone)) : Json()) &&

@@ -71,8 +71,8 @@ std::string take_view(nlohmann::ordered_json& comparison);
 // SHA-256 of the mesh "a" or "b"; empty: none.
 std::string sha256_of(const nlohmann::ordered_json& comparison, const char* part);
 
-// Whether the comparison has the gate's direction, these limits to the last bit, and the gate's units. A service that
-// does not convert units has no units.
+// Whether the comparison has the gate's direction, these limits to the last bit, what the gate expects, and its units.
+// A service that does not convert units has no units.
 bool is_answer_to(const nlohmann::ordered_json& comparison, const Gate& gate, const Limits& limits);
 
 // Makes the gate's Error of a problem. `base`: address of the service, for messages. The message about a mesh is the

@@ -1,6 +1,7 @@
 #include "check/remote/request.h"
 
 #include "api/align.h"
+#include "api/expectations.h"
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/region_json.h"
@@ -48,7 +49,7 @@ Json json_of(const Gate& gate, const Limits& limits) {
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
   if (gate.threads_given) json["threads"] = options.threads;
   if (gate.statistics) json["statistics"] = true;
-  if (options.topology) json["topology"] = true;
+  if (options.expect.any()) json["expect"] = api::json_of(options.expect);
   if (options.align) json["align"] = api::json_of(*options.align);
   if (Json declared = units(gate.options.units); !declared.empty()) json["units"] = std::move(declared);
   for (const Region& region : options.regions) json["regions"].push_back(api::json_of(region));

@@ -78,7 +78,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
             that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
         expect: what a itself has to be like (Result.document["expectations"]): {"watertight": True, "triangles": {"max":
             20000}, "degenerate": 0, "components": 1, "volume": {"within": 0.01}}, a share of b's volume. It counts in
-            the verdict, beside limits or alone.
+            the verdict, beside limits or alone, and is in the result as "expect".
         vertex_distances: True also measures the distance at each vertex of a (Result.vertex_distances, an array of
             numpy) and, with sides or a zone, the signed one (Result.signed_vertex_distances); within the timeout once more.
 

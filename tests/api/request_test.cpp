@@ -313,6 +313,21 @@ TEST_CASE("request: what is expected of mesh a") {
   CHECK(!api::parse_options("{}")->options.expect.any());
 }
 
+TEST_CASE("request: what is expected is written as it is read") {
+  for (
+      const char* text :
+      {R"({"watertight":true,"oriented":false,"triangles":{"max":20},"degenerate":0,"components":{"min":1,"max":4294967296},)"
+       R"("volume":{"min":0.1,"max":2.5,"within":0.01}})",
+       R"({"volume":{"within":0.01}})", R"({"triangles":{"min":7}})"}) {
+    CAPTURE(text);
+    const auto read = api::read_expect(nlohmann::json::parse(text), "/expect");
+    REQUIRE(read.ok());
+    CHECK(api::json_of(*read).dump() == text);
+  }
+  const auto one = api::read_expect(nlohmann::json::parse(R"({"triangles":{"min":7,"max":7}})"), "/expect");
+  CHECK(api::json_of(*one).dump() == R"({"triangles":7})");
+}
+
 TEST_CASE("request: wrong expectations are refused with their place") {
   const auto where = [](const std::string& expect) { return refusal("{\"expect\": " + expect + "}").where; };
   CHECK(where("{}") == "/expect");

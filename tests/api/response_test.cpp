@@ -244,6 +244,14 @@ TEST_CASE("response: the topology of both meshes, only where it was asked for") 
   CHECK(rendered(comparison)["meshes"]["a"]["topology"]["volume"] == json{{"lower", 1}, {"upper", 2}});
 }
 
+TEST_CASE("response: what is expected of mesh a is repeated, only where it was asked for") {
+  api::Comparison comparison = sample();
+  CHECK(!rendered(comparison).contains("expect"));
+  comparison.options.expect.triangles = api::Span{{}, 20};
+  CHECK(rendered(comparison)["expect"] == json{{"triangles", {{"max", 20}}}});
+  CHECK(rendered(comparison)["expectations"].size() == 1);
+}
+
 TEST_CASE("response: statistics without time are null, with the reason") {
   api::Comparison comparison = sample();
   comparison.outcome.statistics = Statistics{{}, std::nullopt, std::nullopt, StatisticsStatus::timeout};

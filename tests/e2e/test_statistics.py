@@ -349,7 +349,8 @@ class Cli(unittest.TestCase):
         sent = server.compare(*(Path(path).read_bytes() for path in self.files),
                               {"expect": {"watertight": True, "triangles": {"min": 1}, "volume": {"within": 0.01}}}).json()
         found = self.run_cli("--json", "--expect", "{watertight: true, triangles: {min: 1}, volume: {within: 1 %}}")
-        self.assertEqual(json.loads(found.stdout)["expectations"], sent["expectations"])
+        self.assertEqual([json.loads(found.stdout)[member] for member in ("expect", "expectations")], [sent["expect"], sent["expectations"]])
+        self.assertEqual(sent["expect"], {"watertight": True, "triangles": {"min": 1}, "volume": {"within": 0.01}})
         self.assertEqual([one["name"] for one in sent["expectations"]], ["watertight", "triangles", "volume.within"])
         self.assertEqual((sent["verdict"], sent["gate"], found.returncode), ("fail", None, 0))
         validate(sent, "Comparison")

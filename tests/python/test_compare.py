@@ -272,6 +272,7 @@ class Results(unittest.TestCase):
         self.assertEqual([(one["name"], one["verdict"]) for one in result.document["expectations"]],
                          [("watertight", "fail"), ("triangles", "pass")])
         self.assertEqual((result.verdict, meshgauge.compare(SQUARE, RAISED, expect={"triangles": {"min": 1}}).verdict), ("fail", "pass"))
+        self.assertEqual(result.document["expect"], {"watertight": True, "triangles": {"min": 1}})
         for wrong in ({}, {"water": True}, {"volume": {"within": "1 %"}}):
             with self.subTest(wrong), self.assertRaises(meshgauge.InputError):
                 meshgauge.compare(SQUARE, RAISED, expect=wrong)

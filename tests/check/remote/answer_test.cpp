@@ -134,6 +134,22 @@ TEST_CASE("answer: the limit of the area is compared, too") {
   CHECK_FALSE(is_answer(R"({"max_distance":null,"units":null})"));
 }
 
+TEST_CASE("answer: what is expected is compared, too") {
+  Gate asked;
+  const auto is_answer = [&](const std::string& expect) {
+    return is_answer_to(
+        *document_from(R"({"unit":{"name":null},"direction":"symmetric","gate":{"max_distance":0.1})" + expect + "}"),
+        asked, {0.1, {}});
+  };
+  CHECK(is_answer(""));
+  CHECK_FALSE(is_answer(R"(,"expect":{"triangles":12})"));
+  asked.expect.triangles = Span{12, 12};
+  CHECK(is_answer(R"(,"expect":{"triangles":12})"));
+  for (const char* other : {"", R"(,"expect":{"triangles":13})", R"(,"expect":{"triangles":12,"watertight":true})",
+                            R"(,"expect":null)", R"(,"expect":12)"})
+    CHECK_FALSE(is_answer(other));
+}
+
 TEST_CASE("answer: the candidate was moved as asked for") {
   Gate asked;
   const auto motion = [](double x) {

@@ -56,11 +56,10 @@ TEST_CASE("request: the gate's settings are sent") {
   CHECK(request.options.max_memory_bytes == std::size_t{3} << 20);
   CHECK(request.options.statistics.has_value());
   CHECK(request.options.align == gate.options.align);
-  CHECK_FALSE(request.options.topology);
-  gate.expect.triangles = Span{1, 2};  // counted in any case
-  CHECK_FALSE(read(gate, 0.1).options.topology);
-  gate.expect.components = Span{1, 1};
-  CHECK(read(gate, 0.1).options.topology);
+  CHECK_FALSE(request.options.expect.any());
+  gate.expect.triangles = Span{1, 2};
+  gate.expect.volume_within = 0.01;
+  CHECK(read(gate, 0.1).options.expect == gate.expect);
 }
 
 TEST_CASE("request: settings that the gate does not have are left to the service") {
@@ -71,7 +70,7 @@ TEST_CASE("request: settings that the gate does not have are left to the service
   CHECK(request.options.tolerance.diagonal == gate.options.tolerance.diagonal);
   CHECK_FALSE(request.options.statistics.has_value());
   const auto json = nlohmann::json::parse(service::document_of(service::asked_of(kA, kB, gate, {0, {}})));
-  for (const char* absent : {"threads", "budget", "points", "statistics", "topology"})
+  for (const char* absent : {"threads", "budget", "points", "statistics", "topology", "expect"})
     CHECK_FALSE(json["options"].contains(absent));
 }
 

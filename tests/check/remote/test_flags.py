@@ -6,7 +6,7 @@ import unittest
 
 from gates import count_of, requests, url_of, without_chance
 from harness import SLOW, Server, until
-from keys import new_key, write_keys
+from keys import bearer, new_key, write_keys
 from workplace import Workplace, square
 
 
@@ -53,6 +53,9 @@ class Command(Workplace):
         self.assertEqual([one["found"] for one in there[1]["expectations"]],
                          ["no: 4 open edges, the first at (0.5, 0, 0)", "none: the candidate is not watertight"])
         self.assertNotIn("topology", there[2]["comparison"]["meshes"]["a"])
+        for gate in there:  # as the page shows it
+            kept = self.server.get("/v1/comparisons/" + gate["comparison"]["id"], extra=bearer(self.token)).json()["result"]
+            self.assertEqual((kept["verdict"], kept["expectations"]), (gate["verdict"], gate["expectations"]))
 
     def test_a_second_run_sends_nothing(self):
         self.exits(1, *self.pair, *self.with_key())
