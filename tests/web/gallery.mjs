@@ -70,6 +70,13 @@ const pictures = {
     await save("regions", await walk.page.screenshot());
     return walk;
   },
+  async expected() {
+    const expect = { watertight: true, triangles: { max: 20000 }, degenerate: 0, components: 1, volume: { within: 0.01 } };
+    const walk = await open({ viewport: { width: 1200, height: 1020 } });
+    await measured(walk, { ...gear, a: files["gear_holed.stl"], limit: "1", further: JSON.stringify({ expect }) });
+    await save("expected", await walk.page.screenshot());
+    return walk;
+  },
   async zone() {
     const walk = await open({ viewport: { width: 1200, height: 800 } });
     await measured(walk, { ...gear, limit: "", inside: "0.5", outside: "0.7" });

@@ -14,7 +14,7 @@ import { measure } from "./run/run.js";
 import { RunView } from "./run/view.js";
 import { ProblemError } from "./api/problem.js";
 import { damagedWords } from "./text/links.js";
-import { optionsOf } from "./text/snippets.js";
+import { optionsOf, withoutLimits } from "./text/snippets.js";
 import { titleOf, unitAsked, wordingOf } from "./text/verdict.js";
 import { showTrouble } from "./trouble.js";
 
@@ -307,10 +307,9 @@ export class App {
   }
 }
 
-/** The same meshes, which the service has, and the same options without the limit. */
+/** The same meshes, which the service has, and the same options without the limits. */
 function withoutLimit(result: Comparison, names: Record<Side, string>, known: Options): Order {
-  const options = { ...known, ...optionsOf(result) };
-  delete options.gate;
+  const options = withoutLimits({ ...known, ...optionsOf(result) });
   const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
   return { a: stored("a"), b: stored("b"), options };
 }

@@ -20,7 +20,7 @@ export class Walk {
   }
 
   // `limit` as typed; `tolerance: ["diagonal", "1e-4"]`; files are paths, or as Playwright takes them.
-  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout, align, inside, outside, regions }) {
+  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout, align, inside, outside, further }) {
     const { page } = this;
     if (a) await page.locator("#file-a").setInputFiles(a);
     if (b) await page.locator("#file-b").setInputFiles(b);
@@ -33,11 +33,11 @@ export class Walk {
       await page.locator("#toleranceKind").selectOption(tolerance[0]);
       await page.locator("#tolerance").fill(tolerance[1]);
     }
-    if (strategy || timeout || align || regions) await page.locator("#more").evaluate((more) => (more.open = true));
+    if (strategy || timeout || align || further) await page.locator("#more").evaluate((more) => (more.open = true));
     if (strategy) await page.locator("#strategy").selectOption(strategy);
     if (timeout) await page.locator("#timeout").fill(timeout);
     if (align) await page.locator("#align").check();
-    if (regions) await page.locator("#regions").fill(regions);
+    if (further) await page.locator("#further").fill(further);
   }
 
   press(name) {

@@ -207,21 +207,48 @@ test("A is moved to B where that is asked for, and the page says how far", async
   await walk.tab.close();
 });
 
-test("a limit for each side, and regions, as typed and as measured again", async () => {
+test("a limit for each side, and further options, as typed and as measured again", async () => {
   const walk = await place.open(), { page } = walk;
-  await walk.fill({ a: place.files["thick.obj"], b: place.files["ring.obj"], inside: "0.2", regions: "bore" });
+  await walk.fill({ a: place.files["thick.obj"], b: place.files["ring.obj"], inside: "0.2", further: "bore" });
   await walk.measure();
   await page.getByText("Enter both limits; 0 for a side that allows nothing.").waitFor();
-  await page.getByText("The regions have to be a list in JSON.").waitFor();
-  const regions = JSON.stringify([{ name: "top", box: { min: [-2, -2, 0], max: [2, 2, 2] } }]);
-  await walk.fill({ outside: "0.05", limit: "1", regions });
+  await page.getByText(/^The further options have to be an object in JSON/).waitFor();
+  const further = JSON.stringify({ regions: [{ name: "top", box: { min: [-2, -2, 0], max: [2, 2, 2] }, max_distance: 2 }] });
+  await walk.fill({ outside: "0.05", limit: "1", further });
   await walk.measure();
   await walk.measured();
   await page.getByText(/Outside of the baseline \(B\) the candidate reaches at least 0\.\d+, beyond the limit of 0\.05\. Inside /).first().waitFor();
   const { result } = await isThere(walk.id());
   assert.deepEqual([result.verdict, result.gate.zone, result.regions.map(({ name }) => name)], ["fail", [-0.2, 0.05], ["top", "rest"]]);
   await walk.press("Measure again");
-  assert.deepEqual([await page.locator("#inside").inputValue(), await page.locator("#outside").inputValue(), await page.locator("#regions").inputValue()], ["0.2", "0.05", regions]);
+  assert.deepEqual([await page.locator("#inside").inputValue(), await page.locator("#outside").inputValue(), await page.locator("#further").inputValue()], ["0.2", "0.05", further]);
+  await walk.tab.close();
+});
+
+test("what A itself has to be like is asked for by further options, judged in a table, and asked for again", async () => {
+  const walk = await place.open(), { page } = walk;
+  await walk.fill({ a: place.files["thick.obj"], b: place.files["ring.obj"], limit: "1", further: '{"expect": {"water": true}}' });
+  await walk.measure();
+  await walk.reads("#further-error", /unknown option '\/expect\/water'/);
+  await walk.fill({ further: '{"expect": {"watertight": true}, "gate": {"max_distance": 2}}' });
+  await walk.measure();
+  await walk.reads("#further-error", /"gate\.max_distance" is asked for by another field, too/);
+  const expect = { watertight: true, triangles: { max: 100 } }, further = JSON.stringify({ expect });
+  await walk.fill({ further });
+  await walk.measure();
+  await walk.measured();
+  const cells = page.getByRole("region", { name: "Of the candidate (A) itself" }).locator("tbody :is(th, td)");
+  assert.deepEqual(await cells.allInnerTexts(), ["watertight", "yes", "yes", "pass", "triangles", "576", "at most 100", "fail"]);
+  await walk.reads("#result-view h1", /^Fail$/);
+  await walk.reads("#result-view", /expect: \{"watertight":true,"triangles":\{"max":100\}\}/);
+  const { result } = await isThere(walk.id());
+  assert.deepEqual([result.verdict, result.expect], ["fail", expect]);
+  await page.setViewportSize({ width: 360, height: 740 });
+  await walk.viewer();
+  await walk.tab.shot("expectations_narrow", { whole: true });
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the window");
+  await walk.press("Measure again");
+  assert.equal(await page.locator("#further").inputValue(), further);
   await walk.tab.close();
 });
 

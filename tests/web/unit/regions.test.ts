@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ofRest, placeOf, regionsAsked, regionsSentence } from "../../../server/web/page/text/regions.js";
-import { gatesYaml, optionsOf } from "../../../server/web/page/text/snippets.js";
+import { gatesYaml, optionsOf, withoutLimits } from "../../../server/web/page/text/snippets.js";
 import { wordingOf } from "../../../server/web/page/text/verdict.js";
 import { comparison, gate } from "./samples.js";
 import type { Verdict } from "../../../server/web/page/api/types.js";
@@ -47,6 +47,7 @@ test("the regions asked for are those of the result, without what is the gate's"
   assert.deepEqual(regionsAsked(result), [{ name: "bore", box, max_distance: 0.4 }, { name: "tip", box }]);
   assert.deepEqual(optionsOf(result).regions, regionsAsked(result));
   assert.match(gatesYaml(result, { a: "a.stl", b: "b.stl" }), /\n {4}regions:\n {6}- \{"name":"bore",.*"max_distance":"0\.4 mm"\}\n {6}- \{"name":"tip"/);
+  assert.equal(JSON.stringify(withoutLimits({ statistics: true, ...optionsOf(result) })), JSON.stringify({ statistics: true, regions: [{ name: "bore", box }, { name: "tip", box }] }));
   assert.equal(optionsOf(comparison()).regions, undefined);
   assert.equal(placeOf({ box }), JSON.stringify(box));
   assert.equal(placeOf({ group: "Lid" }), "Lid");

@@ -3,7 +3,7 @@ import type { Comparison, Options, Side } from "../api/types.js";
 import { find, h } from "../dom.js";
 import type { Defect } from "../text/problems.js";
 import { exampleFiles } from "./example.js";
-import { buildOptions, noValues, valuesOf, type Field, type FormValues, type Mistake } from "./options.js";
+import { buildOptions, furtherOf, hasPlace, noValues, valuesOf, type Field, type FormValues, type Mistake } from "./options.js";
 import { hasScene, pairUp } from "./pairing.js";
 import { Slot, type Chosen } from "./slot.js";
 
@@ -15,7 +15,7 @@ export interface Order {
   options: Options;
 }
 
-const inMore: Field[] = ["regions", "timeout", "threads", "strategy", "points", "statistics", "align", "unitA", "unitB"];
+const inMore: Field[] = ["further", "timeout", "threads", "strategy", "points", "statistics", "align", "unitA", "unitB"];
 const texts = ["limit", "inside", "outside", "tolerance", "timeout", "threads"] as const;
 const choices = ["units", "unitA", "unitB", "toleranceKind", "strategy", "points"] as const;
 
@@ -90,8 +90,8 @@ export class Form {
     for (const { part, message } of defects) {
       if (part === "a" || part === "b") this.slots[part].complain(message);
     }
-    const field = fieldOf(defects.find(({ part }) => part === "options"));
-    if (field) this.say(field.name, field.message);
+    const defect = defects.find(({ part }) => part === "options");
+    if (defect) this.say(fieldOf(defect.where, furtherOf(this.values().further) ?? {}), defect.message);
   }
 
   private swap(): void {
@@ -119,7 +119,7 @@ export class Form {
       units: text("units"),
       inside: text("inside"),
       outside: text("outside"),
-      regions: text("regions"),
+      further: text("further"),
       unitA: text("unitA"),
       unitB: text("unitB"),
       direction: text("direction") as FormValues["direction"],
@@ -137,7 +137,7 @@ export class Form {
   private fill(values: FormValues): void {
     for (const name of texts) this.field(name, HTMLInputElement).value = values[name];
     for (const name of choices) this.field(name, HTMLSelectElement).value = values[name];
-    this.field("regions", HTMLTextAreaElement).value = values.regions;
+    this.field("further", HTMLTextAreaElement).value = values.further;
     this.field("statistics", HTMLInputElement).checked = values.statistics;
     this.field("align", HTMLInputElement).checked = values.align;
     for (const radio of this.form.querySelectorAll<HTMLInputElement>("[name=direction]")) radio.checked = radio.value === values.direction;
@@ -194,13 +194,12 @@ export class Form {
   }
 }
 
-// "/gate/max_distance" belongs to the field `limit`.
-function fieldOf(defect: Defect | undefined): { name: Field; message: string } | null {
-  if (!defect) return null;
-  const fields: [string, Field][] = [
-    ["/gate/units", "units"], ["/gate/zone", "outside"], ["/regions", "regions"], ["/units/a", "unitA"], ["/units/b", "unitB"], ["/gate", "limit"], ["/tolerance", "tolerance"],
-    ["/timeout_ms", "timeout"], ["/threads", "threads"], ["/points", "points"],
+// "/gate/max_distance" belongs to the field `limit`, unless it is among the further options, as all that no field has.
+function fieldOf(where: string, further: Parameters<typeof hasPlace>[0]): Field {
+  const fields: [RegExp, Field][] = [
+    [/^\/gate(\/max_distance)?$/, "limit"], [/^\/gate\/units$/, "units"], [/^\/gate\/zone/, "outside"], [/^\/units\/a$/, "unitA"], [/^\/units\/b$/, "unitB"],
+    [/^\/tolerance/, "tolerance"], [/^\/timeout_ms$/, "timeout"], [/^\/threads$/, "threads"], [/^\/points$/, "points"], [/^\/align$/, "align"], [/^\/direction$/, "direction"],
   ];
-  const found = fields.find(([pointer]) => defect.where.startsWith(pointer));
-  return found ? { name: found[1], message: defect.message } : null;
+  const found = hasPlace(further, where) ? undefined : fields.find(([place]) => place.test(where));
+  return found?.[1] ?? "further";
 }

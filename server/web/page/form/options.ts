@@ -1,6 +1,5 @@
 // Parses the options that a user typed, or reports what is wrong, field by field.
 import type { Comparison, Direction, Options, Strategy, Tolerance } from "../api/types.js";
-import { regionsAsked } from "../text/regions.js";
 import { optionsOf } from "../text/snippets.js";
 
 export type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
@@ -10,7 +9,7 @@ export interface FormValues {
   units: string; // of the limits; empty: none
   inside: string; // of B; empty with `outside`: no zone; a minus is as good as none
   outside: string;
-  regions: string; // JSON, as the service has it; empty: none
+  further: string; // what no field has: options of the service as a JSON object; empty: none
   unitA: string; // of mesh a; empty: as its file says
   unitB: string;
   direction: Direction;
@@ -38,7 +37,7 @@ export const noValues: FormValues = {
   units: "",
   inside: "",
   outside: "",
-  regions: "",
+  further: "",
   unitA: "",
   unitB: "",
   direction: "symmetric",
@@ -59,9 +58,21 @@ const mostThreads = 64;
 export function buildOptions(values: FormValues): Built {
   const mistakes: Mistake[] = [];
   const blame: BlameField = (field) => (message) => void mistakes.push({ field, message });
-  const options: Options = {
+  const further = furtherOf(values.further);
+  if (!further) blame("further")('The further options have to be an object in JSON, like {"expect": {"watertight": true}}.');
+  const options = merged(fieldsOf(values, blame), further ?? {}, blame("further"));
+  if (isObject(options.gate)) {
+    const ofNothing = Object.keys(options.gate).every((key) => key === "units");
+    if (ofNothing && values.units !== "" && mistakes.length === 0) blame("units")("The unit belongs to the limit: enter a limit, or choose no unit.");
+    options.gate = { narrow: true, ...options.gate };
+  }
+  return mistakes.length > 0 ? { options: null, mistakes } : { options, mistakes: [] };
+}
+
+// What the fields say, without the further options.
+function fieldsOf(values: FormValues, blame: BlameField) {
+  return {
     ...gateOf(values, blame),
-    ...regionsOf(values.regions, blame("regions")),
     ...unitsDeclared(values),
     ...(values.direction === "symmetric" ? {} : { direction: values.direction }),
     ...toleranceOf(values, blame("tolerance")),
@@ -71,7 +82,53 @@ export function buildOptions(values: FormValues): Built {
     ...(values.statistics ? { statistics: true } : {}),
     ...(values.align ? { align: "rigid" } : {}),
   };
-  return mistakes.length > 0 ? { options: null, mistakes } : { options, mistakes: [] };
+}
+
+type Json = Record<string, unknown>;
+
+const isObject = (value: unknown): value is Json => typeof value === "object" && value !== null && !Array.isArray(value);
+
+/** Parses the field `further`, whose members the service checks; null: not an object in JSON. */
+export function furtherOf(text: string): Json | null {
+  try {
+    const further: unknown = JSON.parse(text.trim() || "{}");
+    return isObject(further) ? further : null;
+  } catch {
+    return null;
+  }
+}
+
+/** Whether `options` have what a JSON pointer points at, or an array or number on the way to it. */
+export function hasPlace(options: Json, pointer: string): boolean {
+  let at: unknown = options;
+  for (const key of pointer.split("/").slice(1)) {
+    if (!isObject(at)) break;
+    if (!Object.hasOwn(at, key)) return false;
+    at = at[key];
+  }
+  return true;
+}
+
+// Merges the members of objects in both; blames any other member of both.
+function merged(fields: Json, further: Json, blame: Blame, place = ""): Json {
+  const shared = Object.keys(further).filter((key) => Object.hasOwn(fields, key));
+  const both = shared.map((key) => {
+    const [field, more] = [fields[key], further[key]], name = place + key;
+    if (isObject(field) && isObject(more)) return [key, merged(field, more, blame, `${name}.`)] as const;
+    blame(`"${name}" is asked for by another field, too: leave it out here, or empty that field.`);
+    return [key, field] as const;
+  });
+  return { ...fields, ...further, ...Object.fromEntries(both) };
+}
+
+// Returns the members that `covered` does not have, of objects in both likewise.
+function without(options: Json, covered: Json): Json {
+  const left = Object.entries(options).flatMap(([key, value]) => {
+    if (!Object.hasOwn(covered, key)) return [[key, value] as const];
+    const other = covered[key], inner = isObject(value) && isObject(other) ? without(value, other) : {};
+    return Object.keys(inner).length > 0 ? [[key, inner] as const] : [];
+  });
+  return Object.fromEntries(left);
 }
 
 type Blame = (message: string) => void;
@@ -102,16 +159,13 @@ export function splitLimit(text: string): { number: string; units: string } {
   return number !== "" && /^[^\d.,+-]\D*$/.test(units) ? { number, units } : { number: whole, units: "" };
 }
 
-function gateOf(values: FormValues, blame: BlameField): Pick<Options, "gate"> {
-  const named = values.units.trim();
+// The limit may be among the further options.
+function gateOf(values: FormValues, blame: BlameField): { gate?: Json } {
+  const units = values.units.trim();
   const zone = zoneOf(values, blame);
-  if (values.limit.trim() === "") {
-    if (zone) return { gate: { zone, narrow: true, ...(named === "" ? {} : { units: named }) } };
-    if (named !== "") blame("units")("The unit belongs to the limit: enter a limit, or choose no unit.");
-    return {};
-  }
-  const { gate } = distanceLimit(values, named, blame("limit"), blame("units"));
-  return gate ? { gate: { ...gate, ...(zone ? { zone } : {}) } } : {};
+  const limit = values.limit.trim() === "" ? {} : distanceLimit(values, units, blame("limit"), blame("units"));
+  const gate = { ...limit, ...(zone ? { zone } : {}), ...(units === "" ? {} : { units }) };
+  return Object.keys(gate).length > 0 ? { gate } : {};
 }
 
 function zoneOf({ inside, outside }: FormValues, blame: BlameField): [number, number] | null {
@@ -125,18 +179,7 @@ function zoneOf({ inside, outside }: FormValues, blame: BlameField): [number, nu
   return below === null || above === null ? null : [0 - below, above];
 }
 
-// The service checks what they are.
-function regionsOf(text: string, blame: Blame): Pick<Options, "regions"> {
-  if (text.trim() === "") return {};
-  try {
-    return { regions: JSON.parse(text) as NonNullable<Options["regions"]> };
-  } catch {
-    blame("The regions have to be a list in JSON.");
-    return {};
-  }
-}
-
-function distanceLimit(values: FormValues, named: string, blame: Blame, blameUnits: Blame): Pick<Options, "gate"> {
+function distanceLimit(values: FormValues, named: string, blame: Blame, blameUnits: Blame): NonNullable<Options["gate"]> {
   const { number, units: written } = splitLimit(values.limit);
   if (written.startsWith("%")) {
     blame("A percentage is not possible here: enter a length.");
@@ -149,7 +192,7 @@ function distanceLimit(values: FormValues, named: string, blame: Blame, blameUni
     return {};
   }
   if (limit === null) return {};
-  return { gate: { max_distance: limit, narrow: true, ...(units === "" ? {} : { units }) } };
+  return { max_distance: limit, ...(units === "" ? {} : { units }) };
 }
 
 function unitsDeclared({ unitA, unitB }: FormValues): Pick<Options, "units"> {
@@ -201,14 +244,13 @@ function threadsOf(text: string, blame: Blame): Pick<Options, "threads"> {
 
 /** Returns the form values that lead to a result like this one, without time and threads, which the result does not have. */
 export function valuesOf(result: Comparison): FormValues {
-  const { units = {} } = optionsOf(result);
-  return {
+  const asked = optionsOf(result), { units = {}, gate } = asked;
+  const values = {
     ...noValues,
-    limit: String(result.gate?.max_distance ?? ""),
-    units: optionsOf(result).gate?.units ?? "",
+    limit: String(gate?.max_distance ?? ""),
+    units: gate?.units ?? "",
     inside: String(result.gate?.zone ? 0 - result.gate.zone[0] : ""),
     outside: String(result.gate?.zone?.[1] ?? ""),
-    regions: result.regions ? JSON.stringify(regionsAsked(result)) : "",
     unitA: units.a ?? "",
     unitB: units.b ?? "",
     direction: result.direction,
@@ -216,8 +258,11 @@ export function valuesOf(result: Comparison): FormValues {
     strategy: result.engine.strategy,
     points: String(result.engine.points ?? 4),
     statistics: result.statistics !== null,
-    align: result.alignment !== undefined,
+    align: asked.align === "rigid",
   };
+  const { gate: covered, ...others } = fieldsOf(values, () => () => undefined);
+  const further = without(asked, { ...others, gate: { narrow: true, ...covered } });
+  return { ...values, further: Object.keys(further).length > 0 ? JSON.stringify(further) : "" };
 }
 
 // The form has one rule; if a request had several, the first one that differs from the default pair.

@@ -13,8 +13,8 @@ import { directionsOf } from "./directions.js";
 import { iconOf } from "./icon.js";
 import { mapRows, showViewer } from "./maps.js";
 import { meshesTable } from "./meshes.js";
-import { regionsOf } from "./regions.js";
 import { jsonButton, linkRow, pipeline } from "./share.js";
+import { expectationsOf, regionsOf } from "./tables.js";
 import { timesOf } from "./times.js";
 
 export interface ResultFace {
@@ -36,6 +36,7 @@ export function showResult(host: HTMLElement, client: Client, face: ResultFace):
   const stage = h("div", { class: "viewer-host" });
   host.replaceChildren(
     verdictOf(face, ends),
+    expectationsOf(result) ?? "",
     regionsOf(result) ?? "",
     card("Where they differ", { class: "card wide" }, stage),
     columns(face, ends),

@@ -34,10 +34,17 @@ export function optionsOf(result: Comparison): Options {
     ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
     ...(result.regions ? { regions: regionsAsked(result) } : {}),
     ...areasAsked(result),
+    ...(result.sides && !gate?.zone ? { sides: { length_tolerance: result.sides.length_tolerance } } : {}),
     ...(result.statistics ? { statistics: true } : {}),
-    ...(result.meshes.a.topology === undefined ? {} : { topology: true }),
+    ...expectAsked(result),
     ...alignAsked(result),
   };
+}
+
+/** The same options without the limits, those of regions included. */
+export function withoutLimits(options: Options): Options {
+  const regions = options.regions?.map((region) => ({ ...region, max_distance: undefined }));
+  return { ...options, gate: undefined, ...(regions ? { regions } : {}) };
 }
 
 function limitsAsked({ max_distance, max_share_beyond, zone, uncertainty }: NonNullable<Comparison["gate"]>): NonNullable<Options["gate"]> {
@@ -47,6 +54,12 @@ function limitsAsked({ max_distance, max_share_beyond, zone, uncertainty }: NonN
     ...(zone ? { zone } : {}),
     ...(uncertainty ? { uncertainty } : {}),
   };
+}
+
+// Most expectations imply the topology.
+function expectAsked({ expect, meshes }: Comparison): Pick<Options, "expect" | "topology"> {
+  const implied = Object.keys(expect ?? {}).some((name) => name !== "triangles" && name !== "degenerate");
+  return { ...(expect ? { expect } : {}), ...(meshes.a.topology === undefined || implied ? {} : { topology: true }) };
 }
 
 function alignAsked({ alignment }: Comparison): Pick<Options, "align"> {
@@ -102,6 +115,7 @@ export function gatesYaml(result: Comparison, names: Names): string {
     ...directionLine(result),
     ...cloudLine(result),
     ...alignLine(result),
+    ...expectLine(result),
     ...toleranceLine(result),
   ];
   return lines.join("\n") + "\n";
@@ -146,6 +160,13 @@ function cloudLine({ meshes: { a } }: Comparison): string[] {
 function alignLine(result: Comparison): string[] {
   const { align } = optionsOf(result);
   return align === undefined ? [] : [`    align: ${typeof align === "string" ? align : JSON.stringify(align)}`];
+}
+
+function expectLine({ expect }: Comparison): string[] {
+  if (!expect) return [];
+  const within = expect.volume?.within;
+  const volume = within === undefined ? expect.volume : { ...expect.volume, within: `${toDigits(100 * within, 12)} %` };
+  return [`    expect: ${JSON.stringify({ ...expect, volume })}`];
 }
 
 function toleranceLine(result: Comparison): string[] {
