@@ -221,7 +221,7 @@ class Clustering {
   std::uint32_t cluster_at(std::uint64_t key, IndexTable& table) {
     const auto next = static_cast<std::uint32_t>(keys_.size());
     const std::uint32_t found =
-        table.find_or_store(mix(key ^ hash_seed()), next, [&](std::uint32_t other) { return keys_[other] == key; });
+        table.find_or_store(mix(key ^ hash_seed.value), next, [&](std::uint32_t other) { return keys_[other] == key; });
     if (found != IndexTable::kNone) return found;
     keys_.push_back(key);
     return next;
@@ -242,7 +242,7 @@ class Clustering {
       if (t % kBlock == 0 && interrupted()) return 0;
       const Corners c = corners_of(t);
       if (c[0] == c[1] || c[1] == c[2]) continue;
-      const std::uint64_t hash = mix(mix(hash_seed() ^ (std::uint64_t{c[0]} << 32 | c[1])) ^ c[2]);
+      const std::uint64_t hash = mix(mix(hash_seed.value ^ (std::uint64_t{c[0]} << 32 | c[1])) ^ c[2]);
       if (table.find_or_store(hash, t, [&](std::uint32_t o) { return corners_of(o) == c; }) != IndexTable::kNone) {
         continue;
       }

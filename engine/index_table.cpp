@@ -4,9 +4,11 @@
 
 namespace meshgauge {
 
-std::uint64_t hash_seed() {
-  static const std::uint64_t value = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
-  return value;
+HashSeed::HashSeed() {
+  std::random_device device;
+  const auto draw = [&] { return std::uint64_t{device()} << 32 | device(); };
+  value = draw();
+  for (std::uint64_t& factor : factors) factor = draw() | 1;
 }
 
 }  // namespace meshgauge

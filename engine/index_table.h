@@ -17,14 +17,22 @@ inline std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 32);
 }
 
-// A random number drawn once in each process, so that no mesh can be crafted whose vertices collide. No result depends
-// on it. Thread safe.
-std::uint64_t hash_seed();
+// Random numbers drawn once in each process, so that no mesh can be crafted whose vertices collide. No result depends
+// on them. The factors are odd.
+struct HashSeed {
+  HashSeed();
+  std::uint64_t value;
+  std::uint64_t factors[3];
+};
+inline const HashSeed hash_seed;
 
 inline std::uint64_t hash_of(const Vec3& p) {
-  std::uint64_t hash = hash_seed();
-  for (int k = 0; k < 3; ++k) hash = mix(hash ^ std::bit_cast<std::uint64_t>(p[k] + 0.0));  // -0 equals 0
-  return hash;
+  std::uint64_t hash = hash_seed.value;
+  for (int k = 0; k < 3; ++k) {
+    const auto bits = std::bit_cast<std::uint64_t>(p[k] + 0.0);  // -0 equals 0
+    hash += (bits ^ bits >> 32) * hash_seed.factors[k];          // round coordinates have no lower bits
+  }
+  return mix(hash);
 }
 
 // An open-addressed hash table that maps a key to the index first stored with it. The caller keeps the keys:
