@@ -140,9 +140,11 @@ class Client:
             self.ledger.check_answer(identity, job, ask(self.port, "GET", "/v1/comparisons/" + identity), ended)
 
     def remove_job(self):
-        if not self.own_jobs:
-            return
-        identity = self.own_jobs.pop(self.dice.randrange(len(self.own_jobs)))
+        if self.own_jobs:
+            self.remove(self.dice.choice(self.own_jobs))
+
+    def remove(self, identity):
+        self.own_jobs.remove(identity)
         job = self.ledger.jobs[identity]
         if job.state == "forgotten":
             return

@@ -66,15 +66,18 @@ class User(Client):
                             {"strategy": "four_point", "tolerance": {"absolute": 0.01}}), FORM, 0)
 
     def follow_endless(self):
-        """Looks at a job that runs until it tells of its progress."""
+        """Looks at a job that runs until it tells of its progress, and then removes it, or not."""
         answer = self.submit_endless()
         if answer.status != 202:
             return
+        identity = answer.json()["id"]
         for _ in range(MOST_LOOKS):
-            seen = ask(self.port, "GET", "/v1/comparisons/" + answer.json()["id"])
+            seen = ask(self.port, "GET", "/v1/comparisons/" + identity)
             if seen.status == 200 and (seen.json()["progress"] or seen.json()["state"] not in ("queued", "running")):
-                return
+                break
             time.sleep(0.02)
+        if self.dice.choice((True, False)):
+            self.remove(identity)
 
     def unknown(self):
         answer = ask(self.port, "GET", "/v1/comparisons/" + "0" * 32)
