@@ -12,6 +12,7 @@ using api::ProblemKind;
 using Refusal = std::optional<Problem>;
 
 constexpr std::size_t kMaxRequestLineBytes = kMaxTargetBytes + 64;  // method, version, spaces
+constexpr char kTlsHandshake = 0x16;                                // the first byte of a client that speaks TLS
 
 Refusal set_target(std::string_view target, Head& head) {
   if (target.size() > kMaxTargetBytes) {
@@ -169,6 +170,7 @@ std::string_view Head::header(std::string_view lower_case_name) const {
 }
 
 Refusal check_incomplete(std::string_view head) {
+  if (head.starts_with(kTlsHandshake)) return malformed("this port speaks plain HTTP, not TLS: use http");
   if (head.find("\n\n") != std::string_view::npos) return malformed("lines of the head must end with CR LF");
   if (head.size() >= kMaxRequestLineBytes && head.find("\r\n") >= kMaxRequestLineBytes) {
     return Problem{ProblemKind::uri_too_long,

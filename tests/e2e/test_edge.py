@@ -85,6 +85,7 @@ class Heads(EdgeCase):
                      b"GET\t/\tHTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET / HTTP/1.1\nHost: x\n\n", b"GET /\x00 HTTP/1.1\r\nHost: localhost\r\n\r\n",
                      b"CONNECT example.org:443 HTTP/1.1\r\nHost: localhost\r\n\r\n", b" GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"):
             self.refused_and_closed(data, 400, "malformed-request")
+        self.refused_and_closed(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 400, "malformed-request")  # TLS: the end of no head
         preface = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\x04\0\0\0\0\0"  # HTTP/2 by prior knowledge
         self.refused_and_closed(preface, 505, "http-version")
         self.refused_and_closed(b"TRACE / HTTP/1.1\r\nHost: localhost\r\nCookie: secret\r\n\r\n", 501, "not-implemented")

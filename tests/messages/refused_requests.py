@@ -43,7 +43,7 @@ def head_rows(server):
     get = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n"
     return [(what, server.raw(data)) for what, data in [
         ("what is not HTTP", b"SSH-2.0-OpenSSH_9.2\r\n\r\n"),
-        ("TLS on a port without TLS", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n"),
+        ("TLS on a port without TLS", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"),
         ("lines that end with LF alone", b"GET / HTTP/1.1\nHost: x\n\n"),
         ("no Host", b"GET / HTTP/1.1\r\n\r\n"),
         ("Host twice", get + b"Host: y\r\n\r\n"),

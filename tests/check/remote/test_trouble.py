@@ -373,7 +373,7 @@ class Certificates(Trouble):
             self.assert_errors("--ca-file", url_of(self.tls, "localhost", "https"), ca_file=str(self.folder / name))
 
     def test_where_none_is_spoken(self):
-        self.assert_errors("cannot be reached: SSL", url_of(self.server, "localhost", "https"))
+        self.assert_errors("wrong version number", url_of(self.server, "localhost", "https"))
 
     def test_where_it_is_not_expected(self):
         self.assert_errors("this port speaks TLS: use https", url_of(self.tls, "localhost"))

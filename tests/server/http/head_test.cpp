@@ -112,6 +112,7 @@ TEST_CASE("head: a body needs a length within the limit") {
 
 TEST_CASE("head: a head that grows too long is refused while it arrives") {
   CHECK(!server::check_incomplete("GET / HTTP/1.1\r\nHost: x\r\n"));
+  CHECK(server::check_incomplete("\x16\x03\x01")->kind == ProblemKind::malformed_request);  // it is TLS
   CHECK(server::check_incomplete(std::string(3000, 'a'))->kind == ProblemKind::uri_too_long);
   CHECK(server::check_incomplete("GET / HTTP/1.1\r\n" + std::string(server::kMaxHeadBytes, 'a'))->kind ==
         ProblemKind::head_too_large);
