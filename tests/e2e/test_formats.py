@@ -32,8 +32,8 @@ Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel" Target="/3D/
 def square_3mf(unit):
     package = io.BytesIO()
     with zipfile.ZipFile(package, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("_rels/.rels", RELATIONSHIPS)
-        archive.writestr("3D/m.model", MODEL % unit)
+        archive.writestr(zipfile.ZipInfo("_rels/.rels"), RELATIONSHIPS, archive.compression)
+        archive.writestr(zipfile.ZipInfo("3D/m.model"), MODEL % unit, archive.compression)
     return package.getvalue()
 
 

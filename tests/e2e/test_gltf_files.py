@@ -36,7 +36,8 @@ def zipped(files, method=zipfile.ZIP_DEFLATED):
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", method) as archive:
         for name, content in files.items():
-            archive.writestr(name, content)
+            entry = name if isinstance(name, zipfile.ZipInfo) else zipfile.ZipInfo(name)  # of no time: the same bytes always
+            archive.writestr(entry, content, method)
     return out.getvalue()
 
 

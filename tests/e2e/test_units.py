@@ -54,9 +54,9 @@ def triangle(kind, size):
                 + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary), "glb"
     package = io.BytesIO()
     with zipfile.ZipFile(package, "w") as archive:
-        archive.writestr("_rels/.rels", RELATIONSHIPS)
+        archive.writestr(zipfile.ZipInfo("_rels/.rels"), RELATIONSHIPS, archive.compression)
         vertices = "".join('<vertex x="%s" y="%s" z="%s"/>' % corner for corner in corners)
-        archive.writestr("3D/m.model", MODEL % (WORDS_OF_3MF[kind.removeprefix("3mf:")], vertices))
+        archive.writestr(zipfile.ZipInfo("3D/m.model"), MODEL % (WORDS_OF_3MF[kind.removeprefix("3mf:")], vertices), archive.compression)
     return package.getvalue(), "3mf"
 
 

@@ -29,7 +29,7 @@ def with_its_files(file):
     package = io.BytesIO()
     with zipfile.ZipFile(package, "w", zipfile.ZIP_DEFLATED) as archive:
         for member in (file, *beside):
-            archive.writestr(member.name, member.read_bytes())
+            archive.writestr(zipfile.ZipInfo(member.name), member.read_bytes(), archive.compression)
     return package.getvalue(), file.name + ".zip"
 
 
