@@ -234,7 +234,7 @@ export class App {
     this.show("result", titleOf(result));
     const timeoutMs = memory?.order.options.timeout_ms ?? null;
     const again = () => this.again(job, names);
-    const narrow = () => void this.begin(withoutLimit(result, names, memory?.order.options ?? {}));
+    const narrow = () => void this.begin(orderToNarrow(result, names, memory?.order.options ?? {}));
     this.endResult = showResult(this.views.result, this.client, { job, result, names, history, timeoutMs, again, narrow });
     const words = wordingOf(result, timeoutMs);
     this.announcer.sayNow(`${words.heading}. ${words.reason}`);
@@ -308,7 +308,7 @@ export class App {
 }
 
 /** The same meshes, which the service has, and the same options without the limits. */
-function withoutLimit(result: Comparison, names: Record<Side, string>, known: Options): Order {
+function orderToNarrow(result: Comparison, names: Record<Side, string>, known: Options): Order {
   const options = withoutLimits({ ...known, ...optionsOf(result) });
   const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
   return { a: stored("a"), b: stored("b"), options };
