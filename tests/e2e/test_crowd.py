@@ -186,14 +186,17 @@ class Thousands(unittest.TestCase):
             connections[-1].sendall(sent)
             if came and (i % 100 == 99 or i + 1 == count):
                 for connection in connections[i - i % 100:]:
-                    came(connection.makefile("rb"))
+                    came(connection)
         return connections
 
-    def answered(self, stream):
-        self.assertEqual(read_answer(stream).status, 200)
+    def answered(self, connection):
+        self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
 
-    def has_place(self, stream):
-        self.assertEqual((stream.readline(), stream.readline()), (b"HTTP/1.1 100 Continue\r\n", b"\r\n"))
+    def has_place(self, connection):
+        self.assertEqual(connection.recv(25, socket.MSG_WAITALL), b"HTTP/1.1 100 Continue\r\n\r\n")
+
+    def listens(self, connection):
+        self.assertEqual(connection.recv(12, socket.MSG_WAITALL | socket.MSG_PEEK), b"HTTP/1.1 200")
 
     def health(self):
         """Prints and returns how long 99 of 100 health checks take at most, their connections included."""
@@ -213,7 +216,7 @@ class Thousands(unittest.TestCase):
         slow = self.crowd(self.each, b"GET /openapi.yaml HTTP/1.1\r\nX: ")
         slow += self.crowd(self.each, ("POST /v1/meshes HTTP/1.1\r\n%sContent-Length: 100\r\nExpect: 100-continue\r\n\r\n" % head).encode(), self.has_place)
         idle = self.crowd(self.each, b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n", self.answered)
-        listening = self.crowd(self.streams, ("GET %s/events HTTP/1.1\r\n%s\r\n" % (self.busy, head)).encode())
+        listening = self.crowd(self.streams, ("GET %s/events HTTP/1.1\r\n%s\r\n" % (self.busy, head)).encode(), self.listens)
         until(lambda: b"\nmeshgauge_event_streams %d\n" % self.streams in self.server.get("/metrics", extra=self.modest).body)
         beside = self.health()
         if "MESHGAUGE_CROWD" in os.environ:
@@ -224,7 +227,7 @@ class Thousands(unittest.TestCase):
         print("a small comparison beside them: %.1f ms" % (50 * (time.monotonic() - start)))
         for connection in idle:
             connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
-            self.answered(connection.makefile("rb"))
+            self.answered(connection)
         poll = select.poll()
         for connection in slow:
             poll.register(connection, select.POLLIN)
