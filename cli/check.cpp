@@ -35,6 +35,7 @@
 #include "cli/check_extras.h"
 #include "cli/check_flags.h"
 #include "cli/commands.h"
+#include "cli/heap.h"
 #include "cli/interrupts.h"
 #include "cli/places.h"
 #include "cli/report_files.h"
@@ -243,6 +244,7 @@ int check_gates(const CheckFlags& flags, const Gates& gates) {
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
   const Interrupts interrupts;
+  use_huge_pages();
   Report report = measure(flags, gates, *parts, interrupts);
   const auto kept = keep(*history, report);
   pictures = parts->extras->pictures(report, [&] { return interrupts.seen(); });

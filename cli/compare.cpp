@@ -29,6 +29,7 @@
 #include "check/text.h"
 #include "cli/check_extras.h"
 #include "cli/commands.h"
+#include "cli/heap.h"
 #include "cli/interrupts.h"
 #include "cli/places.h"
 #include "cli/read_flag.h"
@@ -277,6 +278,7 @@ Result<api::Comparison> measure_files(const Flags& flags, const api::Request& re
 int run(const Flags& flags) {
   const auto request = to_request(flags);
   if (!request) return fail(request.error());
+  use_huge_pages();
   api::SharedMeshes meshes;
   const auto comparison = measure_files(flags, *request, meshes);
   if (!comparison) return fail(comparison.error());

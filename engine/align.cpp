@@ -222,12 +222,13 @@ std::optional<Fitted> Fitting::fit(const Pose& start, std::size_t stride, int mo
   return stopped_ ? std::nullopt : std::optional(best);
 }
 
-// `pose` and poses turned from it about the principal axes, so that a near minimum does not catch the search.
-std::vector<Pose> poses_around(const Pose& pose, const RigidMotion::Matrix& axes) {
+// `pose` and poses turned from it about the principal axes by `angle` and twice as much, so that a near minimum does not
+// catch the search.
+std::vector<Pose> poses_around(const Pose& pose, const RigidMotion::Matrix& axes, double angle) {
   std::vector<Pose> poses{pose};
   for (int k = 0; k < 3; ++k) {
-    for (const double angle : {-2 * kTurnAround, -kTurnAround, kTurnAround, 2 * kTurnAround})
-      poses.push_back({pose.turn * Eigen::Quaterniond(Eigen::AngleAxisd(angle, axes.col(k))), pose.shift});
+    for (const double turn : {-2 * angle, -angle, angle, 2 * angle})
+      poses.push_back({pose.turn * Eigen::Quaterniond(Eigen::AngleAxisd(turn, axes.col(k))), pose.shift});
   }
   return poses;
 }
@@ -264,7 +265,8 @@ std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts)
   return best;
 }
 
-// Searches from every start, then again around what it found, as long as that helps.
+// Searches from every start, then again around what it found, ever nearer, as long as that helps: of a gear's teeth, the
+// next one is often nearer than a turn of the first round.
 std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const RigidMotion::Matrix& axes) {
   std::optional<Fitted> best;
   for (int round = 0; round < kRounds; ++round) {
@@ -273,7 +275,7 @@ std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const R
     const bool helps = !best || found->residual < kMuchLess * best->residual;
     if (helps) best = found;
     if (!helps || best->residual < kOnSurface) break;
-    starts = poses_around(best->pose, axes);
+    starts = poses_around(best->pose, axes, kTurnAround / (round + 2));
   }
   return best;
 }
@@ -298,7 +300,7 @@ std::optional<Alignment> align_samples(const Prepared& moving, const Prepared& f
   for (Vec3& p : samples) p = frame.to_frame(p);
 
   const RigidMotion::Matrix axes = axes_of(samples, mean_of(samples));
-  std::vector<Pose> starts = poses_around({}, axes);
+  std::vector<Pose> starts = poses_around({}, axes, kTurnAround);
   if (options.principal_axes) {
     std::vector<Vec3> others = samples_of(fixed, kernels, control, pool);
     if (others.empty()) return std::nullopt;
