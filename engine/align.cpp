@@ -222,8 +222,8 @@ std::optional<Fitted> Fitting::fit(const Pose& start, std::size_t stride, int mo
   return stopped_ ? std::nullopt : std::optional(best);
 }
 
-// `pose` and poses turned from it about the principal axes by `angle` and twice as much, so that a near minimum does not
-// catch the search.
+// `pose` and poses turned from it about the principal axes by `angle` and twice as much, so that a near minimum does
+// not catch the search.
 std::vector<Pose> poses_around(const Pose& pose, const RigidMotion::Matrix& axes, double angle) {
   std::vector<Pose> poses{pose};
   for (int k = 0; k < 3; ++k) {
@@ -265,8 +265,8 @@ std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts)
   return best;
 }
 
-// Searches from every start, then again around what it found, ever nearer, as long as that helps: of a gear's teeth, the
-// next one is often nearer than a turn of the first round.
+// Searches from every start, then again around what it found, ever nearer, as long as that helps: of a gear's teeth,
+// the next one is often nearer than a turn of the first round.
 std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const RigidMotion::Matrix& axes) {
   std::optional<Fitted> best;
   for (int round = 0; round < kRounds; ++round) {
