@@ -37,6 +37,7 @@ constexpr double kSmallGain = 1e-6;     // the same, as a share of the residual
 constexpr int kRounds = 4;
 constexpr double kMuchLess = 0.995;   // of a residual
 constexpr double kTurnAround = 0.35;  // radians
+constexpr double kShiftAlong = 0.5;   // of how far the samples spread
 constexpr double kLeastDamping = 0x1p-24, kFirstDamping = 0x1p-3, kMostDamping = 0x1p10, kDampingFactor = 8;
 
 Interrupted asking(Control& control) {
@@ -63,13 +64,18 @@ Vec3 mean_of(const std::vector<Vec3>& points) {
   return sum;
 }
 
-// The principal axes of points, a right-handed basis, by column.
-RigidMotion::Matrix axes_of(const std::vector<Vec3>& points, const Vec3& mean) {
+struct Principal {
+  RigidMotion::Matrix axes;  // a right-handed basis, by column
+  Vec3 spread;               // standard deviation along each
+};
+
+Principal principal_of(const std::vector<Vec3>& points, const Vec3& mean) {
   RigidMotion::Matrix moments = RigidMotion::Matrix::Zero();
-  for (const Vec3& p : points) moments += (p - mean) * (p - mean).transpose();
-  RigidMotion::Matrix axes = Eigen::SelfAdjointEigenSolver<RigidMotion::Matrix>(moments).eigenvectors();
-  if (axes.determinant() < 0) axes.col(0) = -axes.col(0);
-  return axes;
+  for (const Vec3& p : points) moments += (p - mean) * (p - mean).transpose() / static_cast<double>(points.size());
+  const Eigen::SelfAdjointEigenSolver<RigidMotion::Matrix> solver(moments);
+  Principal found{solver.eigenvectors(), solver.eigenvalues().cwiseMax(0).cwiseSqrt()};
+  if (found.axes.determinant() < 0) found.axes.col(0) = -found.axes.col(0);
+  return found;
 }
 
 // The 24 rotations of a cube.
@@ -222,13 +228,16 @@ std::optional<Fitted> Fitting::fit(const Pose& start, std::size_t stride, int mo
   return stopped_ ? std::nullopt : std::optional(best);
 }
 
-// `pose` and poses turned from it about the principal axes by `angle` and twice as much, so that a near minimum does
-// not catch the search.
-std::vector<Pose> poses_around(const Pose& pose, const RigidMotion::Matrix& axes, double angle) {
+// `pose` and others, turned from it about the principal axes and shifted along them by shares of how far the samples
+// spread, so that a near minimum does not catch the search. `reach`: 1, or less for nearer ones.
+std::vector<Pose> poses_around(const Pose& pose, const Principal& principal, double reach) {
   std::vector<Pose> poses{pose};
   for (int k = 0; k < 3; ++k) {
-    for (const double turn : {-2 * angle, -angle, angle, 2 * angle})
-      poses.push_back({pose.turn * Eigen::Quaterniond(Eigen::AngleAxisd(turn, axes.col(k))), pose.shift});
+    const Vec3 axis = principal.axes.col(k);
+    for (const double part : {-2 * reach, -reach, reach, 2 * reach})
+      poses.push_back({pose.turn * Eigen::Quaterniond(Eigen::AngleAxisd(part * kTurnAround, axis)), pose.shift});
+    for (const double part : {-reach, reach})
+      poses.push_back({pose.turn, pose.shift + part * kShiftAlong * principal.spread[k] * (pose.turn * axis)});
   }
   return poses;
 }
@@ -236,7 +245,7 @@ std::vector<Pose> poses_around(const Pose& pose, const RigidMotion::Matrix& axes
 // The poses that lay the principal axes of the samples on those of `fixed`.
 std::vector<Pose> poses_of_axes(const std::vector<Vec3>& samples, const std::vector<Vec3>& fixed) {
   const Vec3 from = mean_of(samples), to = mean_of(fixed);
-  const RigidMotion::Matrix axes_from = axes_of(samples, from), axes_to = axes_of(fixed, to);
+  const RigidMotion::Matrix axes_from = principal_of(samples, from).axes, axes_to = principal_of(fixed, to).axes;
   std::vector<Pose> poses;
   for (const RigidMotion::Matrix& turn : cube_rotations()) {
     poses.push_back({Eigen::Quaterniond(RigidMotion::Matrix(axes_to * turn * axes_from.transpose())), to - from});
@@ -267,7 +276,7 @@ std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts)
 
 // Searches from every start, then again around what it found, ever nearer, as long as that helps: of a gear's teeth,
 // the next one is often nearer than a turn of the first round.
-std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const RigidMotion::Matrix& axes) {
+std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const Principal& principal) {
   std::optional<Fitted> best;
   for (int round = 0; round < kRounds; ++round) {
     const auto found = best_of(fitting, starts);
@@ -275,7 +284,7 @@ std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const R
     const bool helps = !best || found->residual < kMuchLess * best->residual;
     if (helps) best = found;
     if (!helps || best->residual < kOnSurface) break;
-    starts = poses_around(best->pose, axes, kTurnAround / (round + 2));
+    starts = poses_around(best->pose, principal, 1.0 / (round + 2));
   }
   return best;
 }
@@ -299,8 +308,8 @@ std::optional<Alignment> align_samples(const Prepared& moving, const Prepared& f
   if (!tree) return std::nullopt;
   for (Vec3& p : samples) p = frame.to_frame(p);
 
-  const RigidMotion::Matrix axes = axes_of(samples, mean_of(samples));
-  std::vector<Pose> starts = poses_around({}, axes, kTurnAround);
+  const Principal principal = principal_of(samples, mean_of(samples));
+  std::vector<Pose> starts = poses_around({}, principal, 1);
   if (options.principal_axes) {
     std::vector<Vec3> others = samples_of(fixed, kernels, control, pool);
     if (others.empty()) return std::nullopt;
@@ -314,7 +323,7 @@ std::optional<Alignment> align_samples(const Prepared& moving, const Prepared& f
   Alignment result{options.start, length(given->residual), length(given->residual)};
   result.samples = kSamples;
   if (!options.fit) return result;
-  const auto best = search(fitting, starts, axes);
+  const auto best = search(fitting, starts, principal);
   if (!best) return std::nullopt;
   result.starts = static_cast<int>(starts.size());
   result.converged = best->converged;
