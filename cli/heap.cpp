@@ -21,9 +21,9 @@ void use_huge_pages() {
   mallopt(M_TOP_PAD, kRoom);
   mallopt(M_TRIM_THRESHOLD, 2 * kRoom);
   mallopt(M_MMAP_THRESHOLD, 2 * kHugePage);  // from there on the engine's arrays ask for huge pages (large_array.h)
-  // The blocks are kept and never touched. The first moves the heap's end by kRoom. The second reaches to the first huge
-  // page, so that what is allocated next lies there. Where a block ends the allocator touches a page: none of those that
-  // become huge.
+  // The blocks are kept and never touched. The first moves the heap's end by kRoom. The second reaches to the first
+  // huge page, so that what is allocated next lies there. Where a block ends the allocator touches a page: none of
+  // those that become huge.
   constexpr std::size_t kEnough = std::size_t{256} << 10U;
   static auto* const block = static_cast<std::byte*>(std::malloc(kEnough));
   auto* const end = static_cast<std::byte*>(sbrk(0));
