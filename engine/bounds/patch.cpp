@@ -50,6 +50,12 @@ double largest(const double (&values)[kLanes]) {
   return rest[0];
 }
 
+// 1 if two boxes meet, else 0. Without branches: they would be mispredicted.
+std::size_t meet(const auto& a, const auto& b) {
+  return static_cast<std::size_t>((a.low_x <= b.high_x) & (a.high_x >= b.low_x) & (a.low_y <= b.high_y) &
+                                  (a.high_y >= b.low_y));
+}
+
 Vec2 corner(const PatchBlock& block, std::size_t lane, std::size_t i) {
   return {block.x[i % 3][lane], block.y[i % 3][lane]};
 }
@@ -104,7 +110,7 @@ Patch::Patch(const Bvh& target, const Adjacency& adjacency, std::size_t min_grou
     : target_(target),
       adjacency_(adjacency),
       min_group_(min_group),
-      ground_of_((target.mesh().triangles.size() + kLanes - 1) / kLanes) {}
+      gathered_((target.mesh().triangles.size() + kLanes - 1) / kLanes) {}
 
 std::span<const Patch::Bound> Patch::attempt(MeshView from, std::span<const std::uint32_t> triangles, double limit,
                                              Work& work) {
@@ -199,14 +205,18 @@ void Patch::leaves_within(const Box& box) {
   }
 }
 
+Patch::Extent Patch::extent_of(const PatchBlock& block) {
+  return {-largest<-1>(block.low_x), largest<1>(block.high_x), -largest<-1>(block.low_y), largest<1>(block.high_y)};
+}
+
 // Returns how many triangles are seen from each side.
 Orientations Patch::project_leaves(const PatchFrame& frame) {
   const MeshView mesh = target_.mesh();
   Orientations count{0, 0};
+  ++gatherings_;
   for (std::size_t g = 0; g < ground_size_; ++g) {
     Ground& ground = grounds_[g];
     ground.number = leaves_[g];
-    ground_of_[ground.number] = static_cast<std::uint32_t>(g);
     const std::uint32_t begin = Bvh::block_begin(ground.number), size = target_.block_end(ground.number) - begin;
     std::array<PointBlock, 3> corners;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -215,13 +225,12 @@ Orientations Patch::project_leaves(const PatchFrame& frame) {
     }
     const Orientations seen = target_.kernels().project(corners.data(), frame, ground.block);
     const unsigned real = (1U << size) - 1;  // lanes beyond the last triangle repeat it
-    ground.used = seen.left & real;
+    const unsigned used = seen.left & real;
+    gathered_[ground.number] = gatherings_ << kLanes | used;
     for (std::size_t lane = size; lane < kLanes; ++lane) ground.block.low_x[lane] = kPatchNowhere;
     ground.edges_known = false;
-    const PatchBlock& block = ground.block;
-    extents_[g] = {-largest<-1>(block.low_x), largest<1>(block.high_x), -largest<-1>(block.low_y),
-                   largest<1>(block.high_y)};
-    count.left += static_cast<unsigned>(std::popcount(ground.used));
+    extents_[g] = extent_of(ground.block);
+    count.left += static_cast<unsigned>(std::popcount(used));
     count.right += static_cast<unsigned>(std::popcount(seen.right & real));
   }
   return count;
@@ -240,6 +249,7 @@ void Patch::bound_group(MeshView from, std::span<const std::uint32_t> triangles,
     }
     PatchBlock block;
     const unsigned usable = target_.kernels().project(corners.data(), frame_, block).left;
+    find_near(block);
     for (std::size_t lane = 0; lane < size; ++lane) {
       if (usable >> lane & 1) bounds_[group_.members[begin + lane]] = bound(piece_of(block, lane), limit, work);
     }
@@ -289,15 +299,22 @@ Patch::Bound Patch::bound(const PatchPiece& piece, double limit, Work& work) {
   return result;
 }
 
-// Fills hits_ with the grounds whose boxes meet that of the piece. Returns their number. Without branches: they would
-// be mispredicted.
+// Fills near_ with the grounds whose boxes meet that of the block.
+void Patch::find_near(const PatchBlock& block) {
+  const Extent box = extent_of(block);
+  near_size_ = 0;
+  for (std::size_t g = 0; g < ground_size_; ++g) {
+    near_[near_size_] = static_cast<std::uint8_t>(g);
+    near_size_ += meet(extents_[g], box);
+  }
+}
+
+// Fills hits_ with those of near_ whose boxes meet that of the piece. Returns their number.
 std::size_t Patch::find_hits(const PatchPiece& piece) {
   std::size_t count = 0;
-  for (std::size_t g = 0; g < ground_size_; ++g) {
-    const Extent& e = extents_[g];
-    hits_[count] = static_cast<std::uint8_t>(g);
-    count += static_cast<std::size_t>((e.low_x <= piece.high_x) & (e.high_x >= piece.low_x) &
-                                      (e.low_y <= piece.high_y) & (e.high_y >= piece.low_y));
+  for (std::size_t i = 0; i < near_size_; ++i) {
+    hits_[count] = near_[i];
+    count += meet(extents_[near_[i]], piece);
   }
   return count;
 }
@@ -333,8 +350,9 @@ bool Patch::meets_open_edge(const PatchPiece& piece, Ground& ground, unsigned la
 }
 
 void Patch::find_open_edges(Ground& ground) {
+  constexpr std::uint64_t kAll = (1U << kLanes) - 1;
   ground.open = {};
-  for (unsigned left = ground.used; left != 0; left &= left - 1) {
+  for (std::uint64_t left = gathered_[ground.number] & kAll; left != 0; left &= left - 1) {
     const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
     for (std::uint32_t edge = 0; edge < 3; ++edge) {
       if (is_open(Bvh::block_begin(ground.number) + lane, edge)) ground.open[edge] |= 1U << lane;
@@ -353,10 +371,8 @@ bool Patch::is_open(std::uint32_t triangle, std::uint32_t edge) const {
 }
 
 bool Patch::gathered(std::uint32_t triangle) const {
-  const std::uint32_t number = triangle / static_cast<std::uint32_t>(kLanes);
-  const std::uint32_t place = ground_of_[number];
-  return place < ground_size_ && grounds_[place].number == number &&
-         (grounds_[place].used >> triangle % kLanes & 1) != 0;
+  const std::uint64_t seen = gathered_[triangle / kLanes];
+  return seen >> kLanes == gatherings_ && (seen >> triangle % kLanes & 1) != 0;
 }
 
 }  // namespace meshgauge

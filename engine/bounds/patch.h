@@ -76,11 +76,10 @@ class Patch {
   struct Ground {
     PatchBlock block;
     std::uint32_t number = 0;           // of the leaf
-    unsigned used = 0;                  // the lanes in S
     bool edges_known = false;           // `open` is known
     std::array<unsigned, 3> open = {};  // by edge: the lanes whose edge is open
   };
-  // The box of the images of a ground.
+  // The box of the images of eight triangles.
   struct Extent {
     double low_x, high_x, low_y, high_y;
   };
@@ -91,10 +90,12 @@ class Patch {
   bool next_group(MeshView from, std::span<const std::uint32_t> triangles);
   bool gather(double limit, Work& work);
   void leaves_within(const Box& box);
+  static Extent extent_of(const PatchBlock& block);
   Orientations project_leaves(const PatchFrame& frame);
   void bound_group(MeshView from, std::span<const std::uint32_t> triangles, double limit, Work& work);
   static PatchPiece piece_of(const PatchBlock& block, std::size_t lane);
   Bound bound(const PatchPiece& piece, double limit, Work& work);
+  void find_near(const PatchBlock& block);
   std::size_t find_hits(const PatchPiece& piece);
   static bool bound_by_clipping(const PatchPiece& piece, const Ground& ground, double limit, PatchCover& cover,
                                 Bound& result);
@@ -114,10 +115,13 @@ class Patch {
   std::vector<Ground> grounds_;
   std::size_t ground_size_ = 0;
   std::array<Extent, kMaxGrounds> extents_;     // by ground
-  std::array<std::uint8_t, kMaxGrounds> hits_;  // grounds under a triangle of A
+  std::array<std::uint8_t, kMaxGrounds> near_;  // grounds under eight triangles of A
+  std::size_t near_size_ = 0;
+  std::array<std::uint8_t, kMaxGrounds> hits_;  // grounds under one of them
   std::vector<std::uint32_t> leaves_;
   std::vector<std::uint32_t> open_nodes_;
-  std::vector<std::uint32_t> ground_of_;  // by leaf: its place in grounds_, if that holds its number
+  std::uint64_t gatherings_ = 0;
+  std::vector<std::uint64_t> gathered_;  // by leaf: number of the last gathering with it, and below the lanes in S
 };
 
 }  // namespace meshgauge
