@@ -135,7 +135,7 @@ class Slow(unittest.TestCase):
 
     def test_slow_uploads_hold_their_places_until_the_deadline(self):
         """A request that finds no place meanwhile is refused at once, and health is answered."""
-        server = self.start("--workers", "1", "--queue", "1", "--io-threads", "1", "--body-timeout-ms", "5000")
+        server = self.start("--workers", "1", "--queue", "1", "--io-threads", "1", "--body-timeout-ms", "60000")
         with contextlib.ExitStack() as stack:
             streams = []
             for _ in range(2):
