@@ -31,7 +31,7 @@ int run(const Result<server::Settings>& settings, bool https) {
   const auto response = ask(*settings, https || !settings->tls_certificate.empty());
   if (response && response->status == 200) return kExitResult;
   const std::string what = response ? "answers /healthz with status " + std::to_string(response->status)
-                                    : "does not answer (" + to_string(response.error()) + "): check --host and --port";
+                                    : "does not answer: check --host and --port";
   std::fprintf(stderr, "meshgauge: the service at %s:%d %s\n", settings->host.c_str(), static_cast<int>(settings->port),
                what.c_str());
   return kExitUnhealthy;
