@@ -20,7 +20,8 @@ OF_FILES = re.compile(r"FILE|^A$|^B$|file|folder|certificate|key$|config|junit|s
 # `--direction TEXT=symmetric (Env:NAME) Excludes: --x`: names, and what CLI11 writes behind them.
 ENTRY = re.compile(r"(?P<names>-\S+?|[A-Za-z_]+)(?P<value>\{-\}|(?: (?:TEXT|UINT|INT|FLOAT)\S*| \[\S*\])?(?: \.\.\.)?)"
                    r"(?P<required> REQUIRED)?(?: \(Env:(?P<variable>\w+)\))?(?: (?P<relations>(?:Needs|Excludes): .*))?")
-DEFAULT = re.compile(r"( (?:TEXT|UINT|INT|FLOAT)) \[(\S+)\] ")  # newer than that: `TEXT [symmetric] `
+DEFAULT = re.compile(r"( (?:TEXT|UINT|INT|FLOAT)\S*) \[(\S+)\] ")  # newer than that: `TEXT [symmetric]  (Env:NAME)`
+NOTES = re.compile(r" +(?=\(Env:|\.\.\.$|\.\.\. )")
 
 
 @dataclass
@@ -76,7 +77,7 @@ def read(program, words=()):
     command = Command(list(words), lines[0], lines[1].removeprefix("Usage: "))
     section, head = "", ""
     for line in lines[2:]:
-        line = DEFAULT.sub(r"\1=\2", line)
+        line = NOTES.sub(" ", DEFAULT.sub(r"\1=\2  ", line)).rstrip()
         if found := re.fullmatch(r"(\w+):", line):
             section = command.sections.setdefault(found[1], [])
         elif head and line.startswith(" " * 30):
