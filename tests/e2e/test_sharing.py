@@ -95,12 +95,14 @@ class Keys(unittest.TestCase):
             self.assertEqual(self.small().status, 200)
 
     def test_uploads_that_stall(self):
-        for _ in range(6):
+        """One after the other: of those that arrive together, the share decides which is refused and frees its bytes."""
+        for i in range(6):
             connection = self.server.connect()
             self.addCleanup(connection.close)
             body = comparison(a=b"#" * MB)
             connection.sendall(post_head(len(body), bearer(self.greedy)) + body[:MB])
-        until(lambda: self.level("meshgauge_upload_bytes") > 2 * MB)
+            if i < 2:
+                until(lambda: self.level("meshgauge_upload_bytes") > (i + 0.9) * MB)
         for _ in range(5):
             self.assertEqual(self.small().status, 200)
         self.assertEqual(self.server.compare(a=SQUARE + b"#" * 300_000, extra=bearer(self.modest)).status, 200)
