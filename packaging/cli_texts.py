@@ -21,7 +21,7 @@ OF_FILES = re.compile(r"FILE|^A$|^B$|file|folder|certificate|key$|config|junit|s
 ENTRY = re.compile(r"(?P<names>-\S+?|[A-Za-z_]+)(?P<value>\{-\}|(?: (?:TEXT|UINT|INT|FLOAT)\S*| \[\S*\])?(?: \.\.\.)?)"
                    r"(?P<required> REQUIRED)?(?: \(Env:(?P<variable>\w+)\))?(?: (?P<relations>(?:Needs|Excludes): .*))?")
 DEFAULT = re.compile(r"( (?:TEXT|UINT|INT|FLOAT)\S*) \[(\S+)\] ")  # newer than that: `TEXT [symmetric]  (Env:NAME)`
-NOTES = re.compile(r" +(?=\(Env:|\.\.\.$|\.\.\. )")
+NOTES = re.compile(r" +(?=\(Env:|\.\.\.)")
 
 
 @dataclass
