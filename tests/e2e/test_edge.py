@@ -9,7 +9,6 @@ import pathlib
 import re
 import select
 import socket
-import time
 import unittest
 
 from harness import RAISED, ROOT, SQUARE, ServerCase, comparison, post_head, read_answer
@@ -74,10 +73,8 @@ class Heads(EdgeCase):
         self.refused(answer, 431, "head-too-large")
 
     def test_empty_lines_without_end(self):
-        start = time.monotonic()
         answer, _ = self.flood(b"", b"\r\n" * 100, most=10 ** 12)
         self.refused(answer, 408, "request-timeout")
-        self.assertLess(time.monotonic() - start, 30)
 
     def test_what_is_not_a_request(self):
         for data in (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(500) + b"\r\n\r\n",  # TLS

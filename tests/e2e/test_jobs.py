@@ -41,7 +41,6 @@ class Answers(ServerCase):
         start = time.monotonic()
         path, job = begin_slow(self.server, "Prefer: wait=1\r\n")
         self.assertGreaterEqual(time.monotonic() - start, 1)
-        self.assertLess(time.monotonic() - start, 60)
         self.assertIn(job["state"], ("queued", "running"))
         self.assertEqual(self.server.send("DELETE", path).status, 200)
 

@@ -6,12 +6,11 @@ import json
 import pathlib
 import re
 import subprocess
-import time
 import unittest
 import zipfile
 
 from harness import BINARY, OWN_DATA
-from test_formats import CORPUS, MOST_SECONDS, FormatCase, table
+from test_formats import CORPUS, FormatCase, table
 
 WILD = CORPUS / "wild"
 OF_THE_SIZE = 1e-6
@@ -60,17 +59,11 @@ class Wild(FormatCase):
         return rows
 
     def on_the_command_line(self, a, b, *flags):
-        start = time.monotonic()
-        done = subprocess.run([BINARY, "compare", str(a), str(b), "--json", *flags], capture_output=True, text=True,
+        return subprocess.run([BINARY, "compare", str(a), str(b), "--json", *flags], capture_output=True, text=True,
                               timeout=120, env=OWN_DATA)
-        self.assertLess(time.monotonic() - start, 2 * MOST_SECONDS, a)
-        return done
 
     def over_http(self, a, b, options=b"{}"):
-        start = time.monotonic()
-        answer = self.compare(with_its_files(a), with_its_files(b), options)
-        self.assertLess(time.monotonic() - start, 2 * MOST_SECONDS, a)
-        return answer
+        return self.compare(with_its_files(a), with_its_files(b), options)
 
     def check_mesh(self, row, mesh):
         if row.triangles is not None:
