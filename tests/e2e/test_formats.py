@@ -2,38 +2,25 @@
 
 import contextlib
 import glob
-import io
 import json
 import os
 import pathlib
 import re
 import time
 import unittest
-import zipfile
 
 from harness import ROOT, SQUARE, ServerCase, post_head
 from maps import Glb
+from packages import package_3mf
 from test_batches import accepted, ended, results, submit
 
 CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", ROOT.parent / "shared" / "corpus"))
 SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
 MOST_KB = 64 * 1024
 
-MODEL = """<?xml version="1.0"?>
-<model xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" unit="%s"><resources><object id="1"><mesh>
-<vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="1" y="1" z="0"/><vertex x="0" y="1" z="0"/></vertices>
-<triangles><triangle v1="0" v2="1" v3="2"/><triangle v1="0" v2="2" v3="3"/></triangles></mesh></object></resources>
-<build><item objectid="1"/></build></model>"""
-RELATIONSHIPS = """<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Id="r"
-Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel" Target="/3D/m.model"/></Relationships>"""
-
 
 def square_3mf(unit):
-    package = io.BytesIO()
-    with zipfile.ZipFile(package, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(zipfile.ZipInfo("_rels/.rels"), RELATIONSHIPS, archive.compression)
-        archive.writestr(zipfile.ZipInfo("3D/m.model"), MODEL % unit, archive.compression)
-    return package.getvalue()
+    return package_3mf(unit, ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), ((0, 1, 2), (0, 2, 3)))
 
 
 class FormatCase(ServerCase):

@@ -2,7 +2,6 @@
 
 import csv
 import hashlib
-import io
 import json
 import os
 import pathlib
@@ -13,6 +12,7 @@ import unittest
 import zipfile
 
 from harness import BINARY, OWN_DATA, ROOT, ServerCase, post_head, until
+from packages import zipped
 
 CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", ROOT.parent / "shared" / "corpus"))
 WILD = ("03", "06", "08", "09", "10", "15", "16", "18", "25", "34", "35", "37", "38")  # rows of wild/INDEX.tsv with an external .bin
@@ -30,15 +30,6 @@ def scene(uri="x.bin"):
                       {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
         "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
         "buffers": [{"byteLength": 60, "uri": uri}]}).encode()
-
-
-def zipped(files, method=zipfile.ZIP_DEFLATED):
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", method) as archive:
-        for name, content in files.items():
-            entry = name if isinstance(name, zipfile.ZipInfo) else zipfile.ZipInfo(name)  # of no time: the same bytes always
-            archive.writestr(entry, content, method)
-    return out.getvalue()
 
 
 def square_zip(data=SQUARE_BIN):

@@ -1,23 +1,17 @@
 """The truth table of units (tests/units/units.tsv) through compare, check and HTTP."""
 
 import base64
-import io
 import json
 import struct
 import subprocess
 import tempfile
-import zipfile
 from pathlib import Path
 
 from contract import validate
 from harness import BINARY, OWN_DATA, ROOT, ServerCase, post_head
+from packages import package_3mf
 
 WORDS_OF_3MF = {"um": "micron", "mm": "millimeter", "cm": "centimeter", "m": "meter", "in": "inch", "ft": "foot"}
-RELATIONSHIPS = """<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Id="r"
-Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel" Target="/3D/m.model"/></Relationships>"""
-MODEL = """<model xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" unit="%s"><resources><object id="1"><mesh>
-<vertices>%s</vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object></resources>
-<build><item objectid="1"/></build></model>"""
 
 
 def scene(binary, uri=None):
@@ -52,12 +46,7 @@ def triangle(kind, size):
         text += b" " * (-len(text) % 4)
         return (struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(binary)) + struct.pack("<I4s", len(text), b"JSON")
                 + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary), "glb"
-    package = io.BytesIO()
-    with zipfile.ZipFile(package, "w") as archive:
-        archive.writestr(zipfile.ZipInfo("_rels/.rels"), RELATIONSHIPS, archive.compression)
-        vertices = "".join('<vertex x="%s" y="%s" z="%s"/>' % corner for corner in corners)
-        archive.writestr(zipfile.ZipInfo("3D/m.model"), MODEL % (WORDS_OF_3MF[kind.removeprefix("3mf:")], vertices), archive.compression)
-    return package.getvalue(), "3mf"
+    return package_3mf(WORDS_OF_3MF[kind.removeprefix("3mf:")], corners, [(0, 1, 2)]), "3mf"
 
 
 def given(cell):

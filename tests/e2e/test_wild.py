@@ -1,15 +1,14 @@
 """Mesh files as programs write them (wild/ of the corpus): over HTTP and on the command line, each gets the answer that
 its row of INDEX.tsv asks for."""
 
-import io
 import json
 import pathlib
 import re
 import subprocess
 import unittest
-import zipfile
 
 from harness import BINARY, OWN_DATA
+from packages import zipped
 from test_formats import CORPUS, FormatCase, table
 
 WILD = CORPUS / "wild"
@@ -25,11 +24,7 @@ def with_its_files(file):
     beside = [other for other in sorted(file.parent.iterdir()) if other != file and other.is_file()]
     if file.suffix != ".gltf" or not beside:
         return file.read_bytes(), file.name
-    package = io.BytesIO()
-    with zipfile.ZipFile(package, "w", zipfile.ZIP_DEFLATED) as archive:
-        for member in (file, *beside):
-            archive.writestr(zipfile.ZipInfo(member.name), member.read_bytes(), archive.compression)
-    return package.getvalue(), file.name + ".zip"
+    return zipped({member.name: member.read_bytes() for member in (file, *beside)}), file.name + ".zip"
 
 
 class Row:
