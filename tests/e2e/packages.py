@@ -10,12 +10,12 @@ MODEL = """<?xml version="1.0"?>
 <vertices>%s</vertices><triangles>%s</triangles></mesh></object></resources><build><item objectid="1"/></build></model>"""
 
 
-def zipped(files, method=zipfile.ZIP_DEFLATED):
+def zipped(files):
     """`files`: contents by name, or by ZipInfo. Entries have no time: the same bytes always."""
     out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", method) as archive:
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
-            archive.writestr(name if isinstance(name, zipfile.ZipInfo) else zipfile.ZipInfo(name), content, method)
+            archive.writestr(name if isinstance(name, zipfile.ZipInfo) else zipfile.ZipInfo(name), content, archive.compression)
     return out.getvalue()
 
 

@@ -209,12 +209,12 @@ class Slow(ServerCase):
     flags = ("--head-timeout-ms", "700", "--body-timeout-ms", "700", "--keep-alive-ms", "700", "--io-threads", "8", "--max-event-streams", "0",
              "--workers", "1", "--queue", "1")
 
-    def dribble(self, connection, data):
+    def dribble(self, connection):
         """One byte each 50 ms for 20 s or more. Whether the server had enough before."""
         connection.settimeout(0.05)
-        for i in range(400):
+        for _ in range(400):
             try:
-                connection.sendall(data[i % len(data):i % len(data) + 1])
+                connection.sendall(b"x")
                 connection.recv(1, socket.MSG_PEEK)
             except TimeoutError:
                 continue
@@ -227,13 +227,13 @@ class Slow(ServerCase):
     def test_a_slow_head(self):
         with self.server.connect() as connection:
             connection.sendall(b"GET / HTTP/1.1\r\nX: ")
-            self.assertTrue(self.dribble(connection, b"x"))
+            self.assertTrue(self.dribble(connection))
             self.refused(read_answer(connection.makefile("rb")), 408, "request-timeout")
 
     def test_a_slow_body(self):
         with self.server.connect() as connection:
             connection.sendall(post_head(100_000) + comparison()[:100])
-            self.assertTrue(self.dribble(connection, b"x"))
+            self.assertTrue(self.dribble(connection))
             self.refused(read_answer(connection.makefile("rb")), 408, "request-timeout")
 
     def test_slow_clients_do_not_keep_others_out(self):

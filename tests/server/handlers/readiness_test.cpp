@@ -69,3 +69,19 @@ TEST_CASE("readiness: a part whose check hangs is named, and not checked again b
   release.set_value();
   while (!defects_of(readiness).empty()) std::this_thread::sleep_for(5ms);
 }
+
+TEST_CASE("readiness: one client waits for the checks, others are answered meanwhile") {
+  std::promise<void> release;
+  std::atomic<int> checks{0};
+  Readiness readiness(1h);
+  readiness.add_check("disk", [&, released = release.get_future().share()] {
+    ++checks;
+    released.wait();
+    return std::string("full");
+  });
+  auto first = std::async(std::launch::async, [&] { return defects_of(readiness); });
+  while (checks == 0) std::this_thread::sleep_for(1ms);
+  CHECK(defects_of(readiness).empty());  // or it would wait for what only the next line ends
+  release.set_value();
+  CHECK(first.get() == Texts{"disk: full"});
+}
