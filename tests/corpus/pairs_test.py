@@ -18,6 +18,7 @@ BINARY = sys.argv.pop(1) if len(sys.argv) > 1 else "build/meshgauge"
 CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", "../shared/corpus"))
 MOST_TRIANGLES = 250_000
 TIMEOUT_MS = 60_000
+MOST_TIMEOUT_MS = 180_000  # the most that a comparison takes: for what has to converge, on slow machines too
 
 
 def rows(name):
@@ -41,8 +42,8 @@ class Pair:
                        check=True, stdout=subprocess.DEVNULL)
         return str(out)
 
-    def compare(self, *flags):
-        command = [BINARY, "compare", self.a, self.b, "--json", "--timeout-ms", str(TIMEOUT_MS), *flags]
+    def compare(self, *flags, timeout_ms=TIMEOUT_MS):
+        command = [BINARY, "compare", self.a, self.b, "--json", "--timeout-ms", str(timeout_ms), *flags]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise AssertionError(self.name + ": " + done.stderr)
@@ -92,7 +93,7 @@ class CorpusPairs(unittest.TestCase):
 
     def test_auto_finishes_every_pair_at_1e_6(self):
         def check(pair):
-            result = pair.compare("--direction", "a_to_b", "--diagonal", "1e-6")
+            result = pair.compare("--direction", "a_to_b", "--diagonal", "1e-6", timeout_ms=MOST_TIMEOUT_MS)
             problems = self.interval_problems(pair, result, lambda r: 1e-6 * r["meshes"]["a"]["diagonal"])
             return problems + ([] if result["status"] == "converged" else [f"{pair.name}: {result['status']}"])
         self.over(self.pairs, check)
@@ -100,7 +101,8 @@ class CorpusPairs(unittest.TestCase):
     def test_triangle_set_where_its_published_code_is_wrong(self):
         # Coplanar triangles that overlap. So do half/cycloidal and the remesh the other way, but half a minute each.
         def check(pair):
-            result = pair.compare("--direction", "a_to_b", "--diagonal", "1e-6", "--strategy", "triangle_set")
+            result = pair.compare("--direction", "a_to_b", "--diagonal", "1e-6", "--strategy", "triangle_set",
+                                  timeout_ms=MOST_TIMEOUT_MS)
             problems = self.interval_problems(pair, result, lambda r: 1e-6 * r["meshes"]["a"]["diagonal"])
             return problems + ([] if result["status"] == "converged" else [f"{pair.name}: {result['status']}"])
         names = {"half/snail", "half/conrod", "remesh/tw107100_sf-tw107100"}
@@ -108,7 +110,8 @@ class CorpusPairs(unittest.TestCase):
 
     def test_relative_rule_and_symmetric_direction(self):
         def check(pair):
-            result = pair.compare("--direction", "symmetric", "--relative", "0.01", "--absolute", "1e-9")
+            result = pair.compare("--direction", "symmetric", "--relative", "0.01", "--absolute", "1e-9",
+                                  timeout_ms=MOST_TIMEOUT_MS)
             both = result["a_to_b"], result["b_to_a"]
             problems = []
             if result["distance"]["lower"] != max(side["lower"] for side in both):

@@ -221,7 +221,7 @@ class Restarts(Case):
         data = str(self.folder / "data")
         server = Server(environment={"MESHGAUGE_DATA_DIR": data})
         port = str(server.port)
-        gates = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(37)), max_distance=1e-12,
+        gates = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(37)), max_distance=1e-12, timeout_ms=180_000,
                       options={"strategy": "four_point", "tolerance": {"absolute": 1e-3}})
                  for i, c in enumerate(self.files(8, lambda i: flat_grid(30 + i)))]
         relay = self.enterContext(Relay(server.port, without_batches))

@@ -11,7 +11,7 @@ from gates import MEGABYTE, Relay, Run, gate, measure, requests, url_of, without
 from harness import BINARY, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, until_computing
 from workplace import Workplace, square
 
-SHORT = {"retry_ms": 700, "first_contact_ms": 300, "stall_s": 5, "connect_timeout_ms": 1000}
+SHORT = {"retry_ms": 700, "first_contact_ms": 300}
 PATH = "/v1/batches"
 
 
