@@ -140,13 +140,13 @@ class Vertices(unittest.TestCase):
 
     def test_they_are_those_of_the_map(self):
         with tempfile.TemporaryDirectory() as folder:
-            for name, mesh in (("a.obj", shapes.sphere(20)), ("b.obj", shapes.sphere(13))):
+            for name, mesh in (("a.obj", shapes.box(0.5, (-0.25, 0, 0.125))), ("b.obj", shapes.box(1))):
                 pathlib.Path(folder, name).write_bytes(shapes.obj(mesh))
-            flags = ("--unit-a=mm", "--unit-b=cm", "--align=rigid", "--threads=1", "--map=map.csv")
+            flags = ("--unit-a=mm", "--unit-b=cm", "--align=rigid", "--threads=1", "--timeout-ms=180000", "--map=map.csv")
             subprocess.run([PROGRAM, "compare", "a.obj", "b.obj", *flags], cwd=folder, capture_output=True, check=True)
             lines = pathlib.Path(folder, "map.csv").read_text().splitlines()[1:]
             result = meshgauge.compare(pathlib.Path(folder, "a.obj"), pathlib.Path(folder, "b.obj"), units=("mm", "cm"), align="rigid",
-                                       threads=1, vertex_distances=True)
+                                       threads=1, timeout=180, vertex_distances=True)
         self.assertEqual(result.vertex_distances.tolist(), [float(line.split(",")[3]) for line in lines])
         self.assertIsNone(result.signed_vertex_distances)
 
