@@ -101,6 +101,7 @@ class Reduced(unittest.TestCase):
             ]
         runs.append(row(pair="d"))
         runs.append(row(pair="d", contender="cgal", status="timeout", seconds=None))
+        runs += [row(pair="e"), row(pair="e", contender="cgal", seconds=0.0)]
         return results.Results(runs)
 
     def test_ratios(self):

@@ -147,12 +147,12 @@ def height(by_name):
 
 
 class Ratios:
-    """seconds(slow) / seconds(fast), pair by pair, where both finish."""
+    """seconds(slow) / seconds(fast), pair by pair, where both finish in a time that the clock resolves."""
 
     def __init__(self, triples):
         self.triples = triples
         self.both = [(pair, fast, slow) for pair, fast, slow in triples if fast.finished and slow.finished]
-        self.values = {pair: slow.seconds / fast.seconds for pair, fast, slow in self.both}
+        self.values = {pair: slow.seconds / fast.seconds for pair, fast, slow in self.both if slow.seconds > 0}
 
     def __bool__(self):
         return bool(self.values)
