@@ -140,7 +140,7 @@ class Vertices(unittest.TestCase):
 
     def test_they_are_those_of_the_map(self):
         with tempfile.TemporaryDirectory() as folder:
-            for name, mesh in (("a.obj", shapes.box(0.5, (-0.25, 0, 0.125))), ("b.obj", shapes.box(1))):
+            for name, mesh in (("a.obj", shapes.sphere(20)), ("b.obj", shapes.sphere(13))):
                 pathlib.Path(folder, name).write_bytes(shapes.obj(mesh))
             flags = ("--unit-a=mm", "--unit-b=cm", "--align=rigid", "--threads=1", "--timeout-ms=180000", "--map=map.csv")
             subprocess.run([PROGRAM, "compare", "a.obj", "b.obj", *flags], cwd=folder, capture_output=True, check=True)
