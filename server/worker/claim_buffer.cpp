@@ -7,6 +7,10 @@
 
 namespace meshgauge::server {
 
+bool ClaimBuffer::is_ready_soon(const HeldJob& job) {
+  return is_small(job) && job.stage != HeldJob::Stage::ready && job.failures == 0;
+}
+
 void ClaimBuffer::add(HeldJobPtr job) {
   waiting_bytes_ += job->live->bytes;
   suspected_ += job->suspected ? 1U : 0U;
@@ -21,6 +25,7 @@ HeldJobPtr ClaimBuffer::take() {
   if (alone_) return nullptr;
   for (const HeldJobPtr& job : waiting_) {
     const bool full = !job->guest && running_ >= threads_;
+    if (!full && is_ready_soon(*job)) return nullptr;
     if (full || job->stage != HeldJob::Stage::ready || (job->suspected && running() > 0)) continue;
     HeldJobPtr next = job;
     std::erase(waiting_, next);

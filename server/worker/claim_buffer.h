@@ -1,7 +1,8 @@
 // The jobs that a worker has claimed and not begun: their order, and how many more to claim.
 //
 // Order: jobs of no batch first, since a client may wait for each; then those of batches; each in the order of their
-// claims. A suspected job begins when nothing runs, and nothing begins beside it: if it ends its worker, no other job
+// claims. A small job of a batch is waited for while its blobs are opened for the first time, which is short: the one
+// behind it may keep the thread for minutes. Others are passed over until they are ready. A suspected job begins when nothing runs, and nothing begins beside it: if it ends its worker, no other job
 // is lost. Jobs that were claimed before it begin before it, and nothing is claimed until it has ended.
 //
 // No other worker can run a buffered job. So only small jobs of batches are buffered beyond the free threads, whose
@@ -50,7 +51,8 @@ class ClaimBuffer {
   std::size_t running() const { return running_ + guests_running_; }
 
  private:
-  bool is_small(const HeldJob& job) const { return job.in_batch && job.live->bytes <= kSmallBytes; }
+  static bool is_small(const HeldJob& job) { return job.in_batch && job.live->bytes <= kSmallBytes; }
+  static bool is_ready_soon(const HeldJob& job);
 
   const std::size_t threads_;
   std::list<HeldJobPtr> waiting_;

@@ -174,7 +174,7 @@ void Worker::open(const HeldJobPtr& job) {
   if (!error && job->live->cancel_requested()) return cancel(job);
   if (!error) return begin_what_can();
   open_wake_.notify_all();
-  if (again) return;  // another thread may be opening it by now
+  if (again) return begin_what_can();  // another thread may be opening it by now
   const bool damaged = error->code == ErrorCode::internal;
   leave({job, std::nullopt, std::nullopt, damaged ? error->message : ""});
   begin_what_can();

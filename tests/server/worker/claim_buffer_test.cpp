@@ -42,6 +42,32 @@ TEST_CASE("claim buffer: a job that is not ready does not block others") {
   CHECK(name_of(buffer.take()) == "next");
 }
 
+TEST_CASE("claim buffer: a small job of a batch is waited for while its blobs are opened for the first time") {
+  ClaimBuffer buffer(1);
+  const auto quick = ready("quick", "b");
+  quick->stage = Stage::opening;
+  buffer.add(quick);
+  const auto large = ready("large", "b", ClaimBuffer::kSmallBytes + 1);
+  large->stage = Stage::opening;
+  buffer.add(large);
+  buffer.add(ready("next", "b"));
+  CHECK(buffer.take() == nullptr);
+  quick->stage = Stage::ready;
+  CHECK(buffer.take() == quick);
+  buffer.ended(*quick);
+  CHECK(name_of(buffer.take()) == "next");
+}
+
+TEST_CASE("claim buffer: a small job whose blobs could not be opened at first does not block others") {
+  ClaimBuffer buffer(1);
+  const auto failed = ready("failed", "b");
+  failed->stage = Stage::claimed;
+  failed->failures = 1;
+  buffer.add(failed);
+  buffer.add(ready("next", "b"));
+  CHECK(name_of(buffer.take()) == "next");
+}
+
 TEST_CASE("claim buffer: it is refilled before it is empty, for small jobs of batches alone") {
   ClaimBuffer buffer(2);
   CHECK(buffer.wanted() == ClaimBuffer::kMost);
