@@ -41,12 +41,18 @@ FrontEnd MovementFront::settle() {
 // Finds the triangle with the farthest mover in each of kMovers parts of A. False: interrupted.
 bool MovementFront::find_movers(const Movement& movement) {
   const std::size_t part = (from_.triangles.size() + kMovers - 1) / kMovers;
-  double most = 0;
-  return each_unless(interrupted_, from_.triangles.size(), [&](std::uint32_t t) {
-    const double upper_sq = movement.upper_sq(from_.triangles[t]);
-    if (t % part == 0) movers_.push_back(t), most = upper_sq;
-    if (upper_sq > most) movers_.back() = t, most = upper_sq;
-  });
+  for (std::size_t begin = 0; begin < from_.triangles.size(); begin += part) {
+    const auto triangles = from_.triangles.subspan(begin, std::min(part, from_.triangles.size() - begin));
+    std::size_t mover = 0;
+    double most = -1;
+    const bool done = each_unless(interrupted_, triangles.size(), [&](std::uint32_t t) {
+      const double upper_sq = movement.upper_sq(triangles[t]);
+      if (upper_sq > most) mover = t, most = upper_sq;
+    });
+    if (!done) return false;
+    movers_.push_back(static_cast<std::uint32_t>(begin + mover));
+  }
+  return true;
 }
 
 // A copy that is moved as a whole lies before the plane through its rearmost vertex, so that the rearmost vertex of A
@@ -55,19 +61,23 @@ bool MovementFront::raise_by_plane(const Vec3& movement) {
   const Vec3 forward = movement.normalized();
   std::uint32_t rearmost = 0;
   double of_a = std::numeric_limits<double>::infinity(), of_b = of_a;
-  const auto along = [&](const Vec3& p) { return pair_.frame.to_frame(p).dot(forward); };
-  const auto see_a = [&](std::uint32_t v) {
-    const double at = along(from_.positions[v]);
+  const auto along = [frame = pair_.frame, forward](const Vec3& p) { return frame.to_frame(p).dot(forward); };
+  const auto see_a = [&, positions = from_.positions](std::uint32_t v) {
+    const double at = along(positions[v]);
     if (at < of_a) of_a = at, rearmost = v;
   };
-  const auto see_b = [&](std::uint32_t v) { of_b = std::min(of_b, along(to_.positions[v])); };
+  const auto see_b = [&, positions = to_.positions](std::uint32_t v) { of_b = std::min(of_b, along(positions[v])); };
   if (!each_unless(interrupted_, from_.positions.size(), see_a)) return false;
   if (!each_unless(interrupted_, to_.positions.size(), see_b)) return false;
   if (!(of_b - of_a > lower_)) return true;
-  return each_unless(interrupted_, from_.triangles.size(), [&](std::uint32_t t) {
-    const auto& [a, b, c] = from_.triangles[t];
-    if (a == rearmost || b == rearmost || c == rearmost) lower_ = of_b - of_a, candidate_ = t, vertex_ = rearmost;
-  });
+  std::optional<std::uint32_t> user;  // a triangle
+  const bool done =
+      each_unless(interrupted_, from_.triangles.size(), [&, triangles = from_.triangles](std::uint32_t t) {
+        const auto& [a, b, c] = triangles[t];
+        if ((a == rearmost) | (b == rearmost) | (c == rearmost)) user = t;
+      });
+  if (done && user) lower_ = of_b - of_a, candidate_ = *user, vertex_ = rearmost;
+  return done;
 }
 
 // Raises the lower bound to the largest distance of the movers from B.

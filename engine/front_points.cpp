@@ -77,9 +77,10 @@ bool PointFront::seems_far() const {
 
 bool PointFront::start() {
   any_.assign(from_.positions.size(), kNone);
-  const bool done = each_unless(interrupted_, from_.triangles.size(), [&](std::uint32_t t) {
-    for (const std::uint32_t v : from_.triangles[t]) any_[v] = t;
-  });
+  const auto use = [triangles = from_.triangles, any = any_.data()](std::uint32_t t) {
+    for (const std::uint32_t v : triangles[t]) any[v] = t;
+  };
+  const bool done = each_unless(interrupted_, from_.triangles.size(), use);
   const Box box = box_of(direction_.to);
   vertices_.resize(any_.size());
   return done && each_unless(interrupted_, vertices_.size(), [&](std::uint32_t v) {
@@ -113,9 +114,10 @@ bool PointFront::bound_queries(std::vector<Query>& queries) {
   bool done = true;
   if (used_of_b_.empty()) {
     used_of_b_.resize(to_.positions.size());
-    done = each_unless(interrupted_, to_.triangles.size(), [&](std::uint32_t t) {
-      for (const std::uint32_t v : to_.triangles[t]) used_of_b_[v] = 1;
-    });
+    const auto use = [triangles = to_.triangles, used = used_of_b_.data()](std::uint32_t t) {
+      for (const std::uint32_t v : triangles[t]) used[v] = 1;
+    };
+    done = each_unless(interrupted_, to_.triangles.size(), use);
   }
   std::vector<double> least_sq(queries.size(), std::numeric_limits<double>::infinity());
   done = done && each_unless(interrupted_, to_.positions.size(), [&](std::uint32_t v) {
@@ -132,21 +134,26 @@ bool PointFront::bound_queries(std::vector<Query>& queries) {
 // Marks the vertices that are within the limit of points_[first] and those after it. False: interrupted.
 bool PointFront::mark(std::size_t first) {
   const double most = limit() - off_, limit_sq = most > 0 ? most * most : 0;
-  unmarked_ = 0;
-  return each_unless(interrupted_, vertices_.size(), [&](std::uint32_t v) {
+  std::size_t unmarked = 0;
+  double marked_sq = marked_sq_;
+  const bool done = each_unless(interrupted_, vertices_.size(), [&, frame = pair_.frame](std::uint32_t v) {
     if (any_[v] == kNone) return;
-    Vertex& vertex = vertices_[v];
+    Vertex vertex = vertices_[v];
     if (first == 0) vertex.least_sq = std::numeric_limits<double>::infinity();
-    const Vec3 p = point(v);
+    const Vec3 p = frame.to_frame(from_.positions[v]);
     for (std::size_t k = first; k < points_.size(); ++k) {
       const double sq = (p - points_[k]).squaredNorm();
       vertex.least_sq = std::min(vertex.least_sq, sq);
       if (sq > limit_sq) continue;
       vertex.marks |= std::uint32_t{1} << k;
-      marked_sq_ = std::max(marked_sq_, sq);
+      marked_sq = std::max(marked_sq, sq);
     }
-    if (vertex.marks == 0) ++unmarked_;
+    if (vertex.marks == 0) ++unmarked;
+    vertices_[v] = vertex;
   });
+  unmarked_ = unmarked;
+  marked_sq_ = marked_sq;
+  return done;
 }
 
 // The bound's square, or for triangles with a common mark that of all of them.

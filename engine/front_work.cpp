@@ -1,7 +1,5 @@
 #include "engine/front_work.h"
 
-#include "engine/vicinity.h"
-
 namespace meshgauge {
 
 FrontWork::FrontWork(const MeasuredPair& pair, MeasuredDirection& direction, const Goal& goal, const Slack& slack,
@@ -17,9 +15,11 @@ FrontWork::FrontWork(const MeasuredPair& pair, MeasuredDirection& direction, con
       to_(direction.to.given()) {}
 
 FrontEnd FrontWork::measure(std::span<const Query> queries, std::vector<Vec3>& nearest_points, double& off) {
-  Vicinity vicinity(box_of(direction_.to), to_.triangles.size());
+  const MeshCells* cells = cells_of_b();
+  if (!cells) return FrontEnd::interrupted;
+  Vicinity vicinity(*cells);
   for (const Query& query : queries) vicinity.add(Box{query.point, query.point}, kWider * query.upper);
-  const auto near = vicinity.triangles(to_, pair_.frame, interrupted_);
+  const auto near = vicinity.triangles(interrupted_);
   if (!near) return FrontEnd::interrupted;
   if (near->empty() || kMostLeft * near->size() > to_.triangles.size()) return FrontEnd::declined;
   const auto part = std::make_unique<NearPart>(direction_.to, *near, pair_.frame, control_, pool_);
@@ -45,13 +45,15 @@ FrontEnd FrontWork::keep(const std::vector<std::uint32_t>& rest, double left_out
     candidate.fill(
         candidate[static_cast<std::size_t>(std::find(given.begin(), given.end(), *vertex_) - given.begin())]);
   }
-  Vicinity vicinity(box_of(direction_.to), to_.triangles.size());
+  const MeshCells* cells = cells_of_b();
+  if (!cells) return FrontEnd::interrupted;
+  Vicinity vicinity(*cells);
   for (std::size_t t = 0; t < kept->triangles.size(); ++t) {
     Box box;
     for (int i = 0; i < 3; ++i) box.extend(kept->view().corner(t, i));
     vicinity.add(box, reach);
   }
-  const auto near = vicinity.triangles(to_, pair_.frame, interrupted_);
+  const auto near = vicinity.triangles(interrupted_);
   if (!near) return FrontEnd::interrupted;
   if (!near->empty() && kMostLeft * near->size() <= to_.triangles.size()) {
     direction_.near = std::make_unique<NearPart>(direction_.to, *near, pair_.frame, control_, pool_);
@@ -62,6 +64,11 @@ FrontEnd FrontWork::keep(const std::vector<std::uint32_t>& rest, double left_out
   direction_.left_out = left_out;
   direction_.rest = std::move(kept);
   return FrontEnd::taken;
+}
+
+const MeshCells* FrontWork::cells_of_b() {
+  if (!cells_of_b_) cells_of_b_.emplace(to_, box_of(direction_.to), pair_.frame, interrupted_);
+  return cells_of_b_->complete() ? &*cells_of_b_ : nullptr;
 }
 
 Box FrontWork::box_of(const MeasuredMesh& mesh) const {

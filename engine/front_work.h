@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "engine/mesh_index.h"
 #include "engine/nearest.h"
 #include "engine/rounding.h"
+#include "engine/vicinity.h"
 
 namespace meshgauge {
 
@@ -32,6 +34,7 @@ class FrontWork {
 
   // More than one part of so many of a mesh is not worth the front.
   static constexpr std::size_t kMostLeft = 2;
+  static constexpr std::uint32_t kBlock = 64;  // triangles
   // A reach is above the bound that it serves, so that it never decides.
   static constexpr double kWider = 1 + 0x1p-20;
 
@@ -57,16 +60,29 @@ class FrontWork {
   FrontEnd leave_out(const UpperSq& upper_sq, double off) {
     const double most_out = limit() - off, most_out_sq = most_out * most_out;
     if (upper_sq(candidate_) > most_out_sq) vertex_.reset();
+    const std::size_t count = from_.triangles.size();
     std::vector<std::uint32_t> rest;
     double left_out_sq = 0, most_sq = 0;
-    const bool done = each_unless(interrupted_, from_.triangles.size(), [&](std::uint32_t t) {
-      const double sq = upper_sq(t);
+    const auto see = [&](std::uint32_t t, double sq) {
       const bool is_left_out = sq <= most_out_sq && (t != candidate_ || vertex_);
       if (is_left_out) left_out_sq = std::max(left_out_sq, sq);
       if (is_left_out && t != candidate_) return;
       rest.push_back(t);
       most_sq = std::max(most_sq, sq);
-    });
+    };
+    const auto see_block = [&](std::uint32_t block) {  // of most blocks all triangles are left out
+      const std::uint32_t begin = block * kBlock;
+      const auto end = static_cast<std::uint32_t>(std::min<std::size_t>(begin + kBlock, count));
+      std::array<double, kBlock> sq;
+      double most = 0;
+      for (std::uint32_t t = begin; t < end; ++t) most = std::max(most, sq[t - begin] = upper_sq(t));
+      if (most <= most_out_sq && block != candidate_ / kBlock) {
+        left_out_sq = std::max(left_out_sq, most);
+      } else {
+        for (std::uint32_t t = begin; t < end; ++t) see(t, sq[t - begin]);
+      }
+    };
+    const bool done = each_unless(interrupted_, (count + kBlock - 1) / kBlock, see_block, 128);
     if (!done) return FrontEnd::interrupted;
     if (!(most_out > 0) || kMostLeft * rest.size() > from_.triangles.size()) return FrontEnd::declined;
     return keep(rest, std::sqrt(left_out_sq) + off, kWider * std::sqrt(most_sq) + off + rounding::kDistanceSlack);
@@ -91,6 +107,9 @@ class FrontWork {
  private:
   // Sets what the direction needs to search these triangles of A, whose points have distances of at most `reach`.
   FrontEnd keep(const std::vector<std::uint32_t>& rest, double left_out, double reach);
+  const MeshCells* cells_of_b();  // null: interrupted
+
+  std::optional<MeshCells> cells_of_b_;
 };
 
 }  // namespace meshgauge

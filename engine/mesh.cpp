@@ -127,11 +127,11 @@ Box bounding_box(MeshView mesh, const Interrupted& interrupted) {
   box.extend(mesh.corner(0, 0));  // not empty when interrupted
   const bool shared = mesh.positions.size() < 2 * mesh.triangles.size();
   std::vector<std::uint8_t> used(shared ? mesh.positions.size() : 0);
-  in_blocks(mesh.triangles.size(), interrupted, [&](std::size_t first, std::size_t end) {
+  in_blocks(mesh.triangles.size(), interrupted, [&, marks = used.data()](std::size_t first, std::size_t end) {
     for (const Triangle& t : mesh.triangles.subspan(first, end - first)) {
       for (const std::uint32_t index : t) {
         if (shared) {
-          used[index] = 1;
+          marks[index] = 1;
         } else {
           box.extend(mesh.positions[index]);
         }
@@ -139,9 +139,14 @@ Box bounding_box(MeshView mesh, const Interrupted& interrupted) {
     }
   });
   in_blocks(used.size(), interrupted, [&](std::size_t first, std::size_t end) {
-    for (std::size_t v = first; v < end; ++v) {
-      if (used[v]) box.extend(mesh.positions[v]);
-    }
+    const Box before = box;
+    Box even = before, odd = before;  // two, since a minimum waits for the one before it
+    const auto position = [&](std::size_t v) -> const Vec3& { return used[v] ? mesh.positions[v] : before.low; };
+    std::size_t v = first;
+    for (; v + 1 < end; v += 2) even.extend(position(v)), odd.extend(position(v + 1));
+    if (v < end) even.extend(position(v));
+    even.extend(odd);
+    box = even;
   });
   return box;
 }

@@ -1,6 +1,7 @@
 // Look-up of positions and of whole triangles in a mesh, by exact coordinates. -0 equals 0.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -52,13 +53,15 @@ class TriangleIndex {
 // Whether triangle s of `a` and triangle t of `b` have the same corners, in any order.
 bool same_corners(MeshView a, std::size_t s, MeshView b, std::size_t t);
 
-// Calls visit(i) for each i below `count` and polls `interrupted` at least every 5 ms. False: interrupted.
+// Calls visit(i) for each i below `count` and polls `interrupted` at least every 5 ms: after `ask_every` calls. False:
+// interrupted.
 template <class Visit>
-bool each_unless(const Interrupted& interrupted, std::size_t count, Visit&& visit) {
-  constexpr std::size_t kAskEvery = std::size_t{1} << 13;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i % kAskEvery == kAskEvery - 1 && interrupted()) return false;
-    visit(static_cast<std::uint32_t>(i));
+bool each_unless(const Interrupted& interrupted, std::size_t count, Visit&& visit,
+                 std::size_t ask_every = std::size_t{1} << 13) {
+  for (std::size_t begin = 0; begin < count; begin += ask_every) {
+    if (begin > 0 && interrupted()) return false;
+    const std::size_t end = std::min(begin + ask_every, count);
+    for (std::size_t i = begin; i < end; ++i) visit(static_cast<std::uint32_t>(i));
   }
   return true;
 }

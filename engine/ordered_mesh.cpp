@@ -20,7 +20,8 @@ OrderedMesh::OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, c
       given(mesh.triangles.size()) {
   LargeArray<std::uint32_t> renumbered(mesh.positions.size());
   const auto interrupted = [&] { return control.check() != Interruption::none; };
-  if (!each_unless(interrupted, renumbered.size(), [&](std::uint32_t v) { renumbered[v] = kUnseen; })) return;
+  const auto forget = [numbers = renumbered.data()](std::uint32_t v) { numbers[v] = kUnseen; };
+  if (!each_unless(interrupted, renumbered.size(), forget)) return;
   positions.reserve(std::min(mesh.positions.size(), 3 * original.size()));
   triangles.reserve(original.size());
   const bool done = each_unless(interrupted, original.size(), [&](std::uint32_t i) {

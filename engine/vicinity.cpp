@@ -4,14 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/large_array.h"
 #include "engine/mesh_index.h"
 
 namespace meshgauge {
 namespace {
 
 constexpr double kSmallestBox = 0x1p-900;  // a thinner box is not divided into cells
-constexpr std::uint32_t kClose = 0x8000'0000U;
 
 std::uint64_t bits(std::uint32_t first, std::uint32_t last) {
   return (~std::uint64_t{0} >> (63 - last + first)) << first;
@@ -36,33 +34,30 @@ Box box_of(MeshView mesh, std::uint32_t t, const Frame& frame) {
 
 }  // namespace
 
-Vicinity::Vicinity(const Box& box, std::size_t triangles)
-    : low_(box.low),
-      cells_(cells_for(triangles)),
-      rows_(std::size_t{cells_} * cells_),
-      close_(rows_.size()),
-      first_{cells_, cells_, cells_} {
+MeshCells::MeshCells(MeshView of, const Box& box, const Frame& in, const Interrupted& interrupted)
+    : mesh(of), frame(in), grid{box.low, Vec3::Zero(), cells_for(of.triangles.size())}, packed(of.positions.size()) {
   for (int k = 0; k < 3; ++k) {
     const double width = box.high[k] - box.low[k];
-    scale_[k] = width > kSmallestBox ? cells_ / width : 0;
+    if (width > kSmallestBox) grid.scale[k] = grid.cells / width;
   }
+  const auto pack = [to = grid, in, positions = of.positions, cells = packed.data()](std::uint32_t v) {
+    const Vec3 p = in.to_frame(positions[v]);
+    cells[v] = to.cell(p[0], 0) | to.cell(p[1], 1) << 8 | to.cell(p[2], 2) << 16;
+  };
+  if (!each_unless(interrupted, packed.size(), pack)) packed.clear();
 }
 
-// A vertex that no triangle uses may have any coordinates, NaN included: its cell is never used.
-std::uint32_t Vicinity::cell(double x, int axis) const {
-  const double at = (x - low_[axis]) * scale_[axis];
-  return at > 0 ? static_cast<std::uint32_t>(std::min(at, cells_ - 1.0)) : 0;
-}
-
-std::uint32_t Vicinity::packed(const Vec3& p) const {
-  const std::uint32_t x = cell(p[0], 0), y = cell(p[1], 1), z = cell(p[2], 2);
-  return x | y << 8 | z << 16 | ((close_[row(y, z)] >> x & 1) != 0 ? kClose : 0);
-}
+Vicinity::Vicinity(const MeshCells& cells)
+    : cells_(cells),
+      rows_(std::size_t{cells.grid.cells} * cells.grid.cells),
+      close_(rows_.size()),
+      first_{cells.grid.cells, cells.grid.cells, cells.grid.cells} {}
 
 // A distance on one axis, from below, of the coordinates in a cell from the box.
 double Vicinity::gap(int axis, std::uint32_t cell, const Box& box) const {
-  if (scale_[axis] == 0) return 0;
-  const double low = low_[axis] + cell / scale_[axis], high = low_[axis] + (cell + 1) / scale_[axis];
+  const double start = cells_.grid.low[axis], scale = cells_.grid.scale[axis];
+  if (scale == 0) return 0;
+  const double low = start + cell / scale, high = start + (cell + 1) / scale;
   return std::max({0.0, box.low[axis] - high - kPad, low - box.high[axis] - kPad});
 }
 
@@ -71,7 +66,7 @@ void Vicinity::add(const Box& box, double reach) {
   if (few) boxes_.push_back({box, reach * reach});
   const double wide = reach + kPad;
   const auto range = [&](int axis, double on_axis) {
-    return std::pair(cell(box.low[axis] - on_axis, axis), cell(box.high[axis] + on_axis, axis));
+    return std::pair(cells_.grid.cell(box.low[axis] - on_axis, axis), cells_.grid.cell(box.high[axis] + on_axis, axis));
   };
   const auto [x0, x1] = range(0, wide);
   const auto [y0, y1] = range(1, wide);
@@ -80,7 +75,7 @@ void Vicinity::add(const Box& box, double reach) {
   if (rows_marked_ > kMostMarked) return;
   first_ = {0, std::min(first_[1], y0), std::min(first_[2], z0)};
   last_ = {0, std::max(last_[1], y1), std::max(last_[2], z1)};
-  std::array<double, kMostCells> gap_y;
+  std::array<double, MeshCells::kMost> gap_y;
   for (std::uint32_t y = y0; y <= y1; ++y) gap_y[y] = gap(1, y, box);
   for (std::uint32_t z = z0; z <= z1; ++z) {
     const double gap_z = gap(2, z, box);
@@ -100,7 +95,7 @@ void Vicinity::find_close() {
     for (std::uint32_t near = first; near <= std::min(last_[axis], at + kRing); ++near) visit(near);
   };
   const auto low = [&](std::uint32_t axis) { return first_[axis] - std::min(first_[axis], kRing); };
-  const auto high = [&](std::uint32_t axis) { return std::min(last_[axis] + kRing, cells_ - 1); };
+  const auto high = [&](std::uint32_t axis) { return std::min(last_[axis] + kRing, cells_.grid.cells - 1); };
   Rows wide(rows_.size());
   for (std::uint32_t z = first_[2]; z <= last_[2]; ++z) {
     for (std::uint32_t y = low(1); y <= high(1); ++y) {
@@ -142,24 +137,22 @@ bool Vicinity::within(const Box& box) const {
   });
 }
 
-std::optional<std::vector<std::uint32_t>> Vicinity::triangles(MeshView mesh, const Frame& frame,
-                                                              const Interrupted& interrupted) {
+std::optional<std::vector<std::uint32_t>> Vicinity::triangles(const Interrupted& interrupted) {
   std::vector<std::uint32_t> found;
   if (count_ > 0 && rows_marked_ <= kMostMarked) find_close();
-  LargeArray<std::uint32_t> cells(mesh.positions.size());
   const bool all = rows_marked_ > kMostMarked;
-  bool done = each_unless(interrupted, cells.size(),
-                          [&](std::uint32_t v) { cells[v] = packed(frame.to_frame(mesh.positions[v])); });
-  done = done && each_unless(interrupted, mesh.triangles.size(), [&](std::uint32_t t) {
-           const std::uint32_t a = cells[mesh.triangles[t][0]], b = cells[mesh.triangles[t][1]],
-                               c = cells[mesh.triangles[t][2]];
-           if (!all && !(a & kClose) && neighbours(a, b) && neighbours(a, c)) return;
-           if (!all && !marked(a, b, c)) return;
-           if (count_ <= kFewBoxes && !within(box_of(mesh, t, frame))) return;
-           found.push_back(t);
-         });
-  if (!done) return std::nullopt;
-  return found;
+  const auto see = [&, triangles = cells_.mesh.triangles, cells = cells_.packed.data(), close = close_.data(),
+                    rows = cells_.grid.cells](std::uint32_t t) {
+    const std::uint32_t a = cells[triangles[t][0]], b = cells[triangles[t][1]], c = cells[triangles[t][2]];
+    if (!all) {
+      const bool is_close = (close[rows * (a >> 16) + (a >> 8 & 0xFFU)] >> (a & 0xFFU) & 1) != 0;
+      if (!is_close && neighbours(a, b) && neighbours(a, c)) return;
+      if (!marked(a, b, c)) return;
+    }
+    if (count_ <= kFewBoxes && !within(box_of(cells_.mesh, t, cells_.frame))) return;
+    found.push_back(t);
+  };
+  return each_unless(interrupted, cells_.mesh.triangles.size(), see) ? std::optional(std::move(found)) : std::nullopt;
 }
 
 }  // namespace meshgauge

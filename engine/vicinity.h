@@ -1,6 +1,7 @@
 // The part of a mesh near some boxes, found in one pass over the mesh, without an order or a tree.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -8,9 +9,35 @@
 
 #include "engine/control.h"
 #include "engine/frame.h"
+#include "engine/large_array.h"
 #include "engine/mesh.h"
 
 namespace meshgauge {
+
+// The cells that a mesh's vertices lie in.
+struct MeshCells {
+  static constexpr std::uint32_t kMost = 64;  // on each axis
+
+  struct Grid {
+    Vec3 low;
+    Vec3 scale;
+    std::uint32_t cells;  // on each axis
+
+    // A vertex that no triangle uses may have any coordinates, NaN included: its cell is never used.
+    std::uint32_t cell(double x, int axis) const {
+      return static_cast<std::uint32_t>(std::min(std::max(0.0, (x - low[axis]) * scale[axis]), cells - 1.0));
+    }
+  };
+
+  MeshView mesh;
+  Frame frame;
+  Grid grid;
+  LargeArray<std::uint32_t> packed;  // by vertex: its cell, a byte for each axis
+
+  // `box`: that of the mesh, in the frame. Linear time. If it is interrupted, complete() is false.
+  MeshCells(MeshView of, const Box& box, const Frame& in, const Interrupted& interrupted);
+  bool complete() const { return !packed.empty(); }
+};
 
 // Statement. triangles() returns all triangles that are within `reach` of one of the boxes, and some others.
 //
@@ -26,18 +53,15 @@ namespace meshgauge {
 // kNearer and kLeast have room.
 class Vicinity {
  public:
-  // `box`: that of the mesh, in the frame. `triangles`: how many it has.
-  Vicinity(const Box& box, std::size_t triangles);
+  explicit Vicinity(const MeshCells& cells);  // borrows them
 
   // Adds the points within `reach` of `box`, in frame units.
   void add(const Box& box, double reach);
 
   // Returns the numbers of the triangles, ascending. nullopt: interrupted. Linear time.
-  std::optional<std::vector<std::uint32_t>> triangles(MeshView mesh, const Frame& frame,
-                                                      const Interrupted& interrupted);
+  std::optional<std::vector<std::uint32_t>> triangles(const Interrupted& interrupted);
 
  private:
-  static constexpr std::uint32_t kMostCells = 64;                   // on each axis: the bits of a row
   static constexpr std::uint32_t kRing = 2;                         // cells
   static constexpr std::size_t kFewBoxes = 16;                      // so many are worth the last test
   static constexpr std::size_t kManyRows = 64;                      // a triangle over more rows counts as near
@@ -46,29 +70,24 @@ class Vicinity {
   static constexpr double kNearer = 1 + 0x1p-48;
   static constexpr double kLeast = 0x1p-1000;
 
-  using Rows = std::vector<std::uint64_t>;  // bit x of row cells_ * z + y
+  using Rows = std::vector<std::uint64_t>;  // by row of cells along x: bit x
   using Cell = std::array<std::uint32_t, 3>;
   struct Near {
     Box box;
     double reach_sq;
   };
 
-  std::size_t row(std::uint32_t y, std::uint32_t z) const { return std::size_t{cells_} * z + y; }
-  std::uint32_t cell(double x, int axis) const;
-  // The cell, a byte for each axis, and kClose if it is within kRing cells of a marked one.
-  std::uint32_t packed(const Vec3& p) const;
+  std::size_t row(std::uint32_t y, std::uint32_t z) const { return std::size_t{cells_.grid.cells} * z + y; }
   double gap(int axis, std::uint32_t cell, const Box& box) const;
   void find_close();
   bool marked(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   bool within(const Box& box) const;
 
-  Vec3 low_;
-  Vec3 scale_;
-  std::uint32_t cells_;  // on each axis
-  Rows rows_;            // the marked cells
-  Rows close_;           // the cells within kRing of them
-  Cell first_;           // of the marked rows: the smallest y and z
-  Cell last_{};          // the largest ones
+  const MeshCells& cells_;
+  Rows rows_;    // the marked cells
+  Rows close_;   // the cells within kRing of them
+  Cell first_;   // of the marked rows: the smallest y and z
+  Cell last_{};  // the largest ones
   std::size_t rows_marked_ = 0;
   std::vector<Near> boxes_;
   std::size_t count_ = 0;

@@ -39,7 +39,7 @@ class Movement {
 
   // The square of the largest movement of a corner of this triangle of A. Its root is the bound.
   double upper_sq(const Triangle& triangle) const {
-    return std::max({sq_[triangle[0]], sq_[triangle[1]], sq_[triangle[2]]});
+    return std::max(std::max(sq_[triangle[0]], sq_[triangle[1]]), sq_[triangle[2]]);
   }
   // The corner of the triangle that moves farthest.
   std::uint32_t farthest_corner(const Triangle& triangle) const {

@@ -34,9 +34,11 @@ struct Sought {
 
 // Returns how many triangles are found, and checks that none of the others is within reach.
 std::size_t count_near(const Mesh& mesh, const std::vector<Sought>& sought) {
-  Vicinity vicinity(bounding_box(mesh), mesh.triangles.size());
+  const MeshCells cells(mesh, bounding_box(mesh), Frame{}, never_interrupted);
+  REQUIRE(cells.complete());
+  Vicinity vicinity(cells);
   for (const Sought& s : sought) vicinity.add(s.box, s.reach);
-  const auto found = vicinity.triangles(mesh, Frame{}, never_interrupted);
+  const auto found = vicinity.triangles(never_interrupted);
   REQUIRE(found);
   CHECK(std::is_sorted(found->begin(), found->end()));
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -92,7 +94,10 @@ TEST_CASE("vicinity: unused vertices may have any coordinates, and a flat mesh h
 
 TEST_CASE("vicinity: an interruption is told") {
   const Mesh mesh = shapes::grid(80);
-  Vicinity vicinity(bounding_box(mesh), mesh.triangles.size());
+  const Interrupted interrupted = [] { return true; };
+  const MeshCells cells(mesh, bounding_box(mesh), Frame{}, never_interrupted);
+  Vicinity vicinity(cells);
   vicinity.add(bounding_box(mesh), 1);
-  CHECK_FALSE(vicinity.triangles(mesh, Frame{}, [] { return true; }));
+  CHECK_FALSE(vicinity.triangles(interrupted));
+  CHECK_FALSE(MeshCells(shapes::grid(100), bounding_box(mesh), Frame{}, interrupted).complete());
 }
