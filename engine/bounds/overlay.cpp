@@ -107,6 +107,13 @@ struct Overlay::View {
   bool set_start(const Image& image) {
     const auto inner = inner_sides(image);
     if (!inner) return false;
+    const auto is_inside = [](const std::array<HalfPlane, 3>& of, const Vec2& x) {
+      return of[0].surely_inside(x, kOffset) && of[1].surely_inside(x, kOffset) && of[2].surely_inside(x, kOffset);
+    };
+    const Vec2 centre_of_image = (image.corners[0].at + image.corners[1].at + image.corners[2].at) / 3;
+    for (const Vec2& centre : {piece.centre(), centre_of_image}) {  // mostly one will do
+      if (is_inside(*inner, centre) && is_inside(sides, centre)) return start = centre, true;
+    }
     Polygon polygon = common(*inner, -kOffset);
     for (const HalfPlane& side : sides) clip(polygon, side, -kOffset);
     if (polygon.size < 3) return false;

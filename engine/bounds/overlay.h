@@ -36,7 +36,8 @@
 //  3. "Strictly on the other side" requires kOffset on both sides: it errs towards no. If an image is thinner than
 //     that, the attempt fails.
 //
-//  4. y0 is taken from a polygon clipped by half-planes moved *inwards*, so it is in P and in pi(T0) exactly.
+//  4. y0 is inside of all six sides by kOffset, or taken from a polygon clipped by half-planes moved *inwards*, so it
+//     is in P and in pi(T0) exactly.
 //
 //  5. "Beyond" requires kOffset. A side of a wedge is left out if the other end of the edge is closer to it than that,
 //     which only makes the shadow larger.
