@@ -94,26 +94,40 @@ struct Files {
 bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, const Interrupted& interrupted,
                        Files& files) {
   const auto for_each = [&](auto&& visit) {
-    return each(mesh.triangles.size(), interrupted, [&](std::uint32_t t) {
-      for (std::uint32_t i = 0; i < 3; ++i) {
-        const std::uint32_t a = vertex[mesh.triangles[t][i]], b = vertex[mesh.triangles[t][(i + 1) % 3]];
-        visit(std::min(a, b), Filed{std::max(a, b), 3 * t + i});
-      }
-    });
+    return each(mesh.triangles.size(), interrupted,
+                [=, triangles = mesh.triangles, first = vertex.data()](std::uint32_t t) {
+                  const std::array corners{first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
+                  for (std::uint32_t i = 0; i < 3; ++i) {
+                    const std::uint32_t a = corners[i], b = corners[(i + 1) % 3];
+                    visit(std::min(a, b), Filed{std::max(a, b), 3 * t + i});
+                  }
+                });
   };
   files.begin.assign(vertex.size() + 1, 0);
   files.entries.resize(3 * mesh.triangles.size());
-  if (!for_each([&](std::uint32_t v, Filed) { ++files.begin[v + 1]; })) return false;
+  if (!for_each([begin = files.begin.data()](std::uint32_t v, Filed) { ++begin[v + 1]; })) return false;
   for (std::size_t v = 1; v < files.begin.size(); ++v) files.begin[v] += files.begin[v - 1];
   LargeArray<std::uint32_t> end(files.begin.begin(), files.begin.end() - 1);
-  return for_each([&](std::uint32_t v, Filed entry) { files.entries[end[v]++] = entry; });
+  return for_each(
+      [end = end.data(), entries = files.entries.data()](std::uint32_t v, Filed entry) { entries[end[v]++] = entry; });
+}
+
+// Sorts by the higher end, and those of one edge as they are: by their numbers. Mostly there are three.
+void sort(Filed* first, Filed* last) {
+  constexpr std::ptrdiff_t kFew = 16;
+  const auto before = [](const Filed& a, const Filed& b) { return a.higher_end < b.higher_end; };
+  if (last - first > kFew) return std::stable_sort(first, last, before);
+  for (Filed* entry = first; entry != last; ++entry) {
+    const Filed moved = *entry;
+    Filed* place = entry;
+    for (; place != first && before(moved, place[-1]); --place) *place = place[-1];
+    *place = moved;
+  }
 }
 
 // Links the half-edges first..last, which share their lower end, into a ring for each higher end.
-void link(Filed* first, Filed* last, LargeArray<std::uint32_t>& next_around) {
-  std::sort(first, last, [](const Filed& a, const Filed& b) {
-    return std::pair(a.higher_end, a.half_edge) < std::pair(b.higher_end, b.half_edge);
-  });
+void link(Filed* first, Filed* last, std::uint32_t* next_around) {
+  sort(first, last);
   for (Filed* entry = first; entry != last;) {
     Filed* next = entry + 1;
     while (next != last && next->higher_end == entry->higher_end) ++next;
@@ -132,7 +146,7 @@ Adjacency::Adjacency(MeshView mesh, ThreadPool& pool, const Interrupted& interru
   if (!weld(mesh, pool, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
   complete_ = each_range(mesh.positions.size(), pool, interrupted, [&](std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {
-      link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_);
+      link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_.data());
     }
   });
 }

@@ -22,19 +22,23 @@ OrderedMesh::OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, c
   const auto interrupted = [&] { return control.check() != Interruption::none; };
   const auto forget = [numbers = renumbered.data()](std::uint32_t v) { numbers[v] = kUnseen; };
   if (!each_unless(interrupted, renumbered.size(), forget)) return;
-  positions.reserve(std::min(mesh.positions.size(), 3 * original.size()));
-  triangles.reserve(original.size());
-  const bool done = each_unless(interrupted, original.size(), [&](std::uint32_t i) {
-    Triangle triangle = mesh.triangles[original[i]];
+  positions.resize(std::min(mesh.positions.size(), 3 * original.size()));
+  triangles.resize(original.size());
+  std::uint32_t used = 0;
+  const auto take = [&used, mesh, frame, from = original.data(), numbers = renumbered.data(), points = positions.data(),
+                     to = triangles.data()](std::uint32_t i) {
+    Triangle triangle = mesh.triangles[from[i]];
     for (std::uint32_t& v : triangle) {
-      if (renumbered[v] == kUnseen) {
-        renumbered[v] = static_cast<std::uint32_t>(positions.size());
-        positions.push_back(frame.to_frame(mesh.positions[v]));
+      if (numbers[v] == kUnseen) {
+        points[used] = frame.to_frame(mesh.positions[v]);
+        numbers[v] = used++;
       }
-      v = renumbered[v];
+      v = numbers[v];
     }
-    triangles.push_back(triangle);
-  });
+    to[i] = triangle;
+  };
+  const bool done = each_unless(interrupted, original.size(), take);
+  positions.resize(used);
   if (!done) triangles.clear();
 }
 
