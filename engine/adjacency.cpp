@@ -103,13 +103,12 @@ bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, c
                   }
                 });
   };
-  files.begin.assign(vertex.size() + 1, 0);
+  files.begin.assign(vertex.size() + 2, 0);
   files.entries.resize(3 * mesh.triangles.size());
-  if (!for_each([begin = files.begin.data()](std::uint32_t v, Filed) { ++begin[v + 1]; })) return false;
-  for (std::size_t v = 1; v < files.begin.size(); ++v) files.begin[v] += files.begin[v - 1];
-  LargeArray<std::uint32_t> end(files.begin.begin(), files.begin.end() - 1);
-  return for_each(
-      [end = end.data(), entries = files.entries.data()](std::uint32_t v, Filed entry) { entries[end[v]++] = entry; });
+  std::uint32_t* const next = files.begin.data() + 1;  // by vertex: where its next half-edge goes
+  if (!for_each([next](std::uint32_t v, Filed) { ++next[v + 1]; })) return false;
+  for (std::size_t v = 1; v < vertex.size(); ++v) next[v] += next[v - 1];
+  return for_each([next, entries = files.entries.data()](std::uint32_t v, Filed entry) { entries[next[v]++] = entry; });
 }
 
 // Sorts by the higher end, and those of one edge as they are: by their numbers. Mostly there are three.

@@ -9,8 +9,9 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kSample = 64;  // vertices of A that decide whether to try
 constexpr double kDistant = 2;       // diagonals of A
 constexpr std::size_t kMorePoints = 2048;
-constexpr std::size_t kPoints = 64;  // points of B that decide whether to try
-constexpr std::size_t kQueries = 4;  // vertices measured in one round: the farthest one of each part of A
+constexpr std::size_t kPoints = 64;     // points of B that decide whether to try
+constexpr std::size_t kCorners = 1024;  // of B, that bound a distance from it
+constexpr std::size_t kQueries = 4;     // vertices measured in one round: the farthest one of each part of A
 constexpr std::size_t kRounds = 3;
 constexpr std::size_t kMostUnmarked = 4;  // more than one vertex of so many without a mark: declined
 constexpr double kFarForDetail = 0x1p-4;  // of A's diagonal
@@ -26,7 +27,7 @@ FrontEnd PointFront::run() {
   if (!start()) return FrontEnd::interrupted;
   for (std::size_t round = 0; round < kRounds && unmarked_ > 0; ++round) {
     std::vector<Query> queries = farthest_vertices();
-    if (!bound_queries(queries)) return FrontEnd::interrupted;
+    bound_queries(queries);
     const std::size_t known = points_.size();
     if (const FrontEnd end = measure(queries, points_, off_); end != FrontEnd::taken) return end;
     if (!mark(known)) return FrontEnd::interrupted;
@@ -35,16 +36,18 @@ FrontEnd PointFront::run() {
   return leave_out([this](std::uint32_t t) { return upper_sq(from_.triangles[t]); }, off_);
 }
 
+// A corner of each of at most `count` triangles.
+std::vector<Vec3> PointFront::sample(MeshView mesh, std::size_t count) const {
+  std::vector<Vec3> points;
+  const std::size_t step = mesh.triangles.size() / count + 1;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += step)
+    points.push_back(pair_.frame.to_frame(mesh.corner(t, 0)));
+  return points;
+}
+
 // Whether the meshes seem so far from each other that few points of B bound most of A: A is small against its distance
 // from B, or for most of a sample of A one of few points of B is within the distance that some of A has at least.
 bool PointFront::seems_far() const {
-  const auto sample = [&](MeshView mesh, std::size_t count) {
-    std::vector<Vec3> points;
-    const std::size_t step = mesh.triangles.size() / count + 1;
-    for (std::size_t t = 0; t < mesh.triangles.size(); t += step)
-      points.push_back(pair_.frame.to_frame(mesh.corner(t, 0)));
-    return points;
-  };
   const Box of_a = box_of(direction_.from), of_b = box_of(direction_.to);
   const Vec3 centre = (of_a.low + of_a.high) * 0.5;
   const double diagonal = (of_a.high - of_a.low).norm();
@@ -109,26 +112,15 @@ std::vector<FrontWork::Query> PointFront::farthest_vertices() const {
   return queries;
 }
 
-// Bounds the distances of the queries by those of B's corners. False: interrupted.
-bool PointFront::bound_queries(std::vector<Query>& queries) {
-  bool done = true;
-  if (used_of_b_.empty()) {
-    used_of_b_.resize(to_.positions.size());
-    const auto use = [triangles = to_.triangles, used = used_of_b_.data()](std::uint32_t t) {
-      for (const std::uint32_t v : triangles[t]) used[v] = 1;
-    };
-    done = each_unless(interrupted_, to_.triangles.size(), use);
-  }
+// Bounds the distances of the queries by those of some corners of B.
+void PointFront::bound_queries(std::vector<Query>& queries) const {
   std::vector<double> least_sq(queries.size(), std::numeric_limits<double>::infinity());
-  done = done && each_unless(interrupted_, to_.positions.size(), [&](std::uint32_t v) {
-           if (used_of_b_[v] == 0) return;
-           const Vec3 p = pair_.frame.to_frame(to_.positions[v]);
-           for (std::size_t i = 0; i < queries.size(); ++i) {
-             least_sq[i] = std::min(least_sq[i], (queries[i].point - p).squaredNorm());
-           }
-         });
+  for (const Vec3& p : sample(to_, kCorners)) {
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      least_sq[i] = std::min(least_sq[i], (queries[i].point - p).squaredNorm());
+    }
+  }
   for (std::size_t i = 0; i < queries.size(); ++i) queries[i].upper = std::sqrt(least_sq[i]);
-  return done;
 }
 
 // Marks the vertices that are within the limit of points_[first] and those after it. False: interrupted.

@@ -32,20 +32,20 @@ class PointFront : private FrontWork {
     std::uint32_t marks;  // bit k: points_[k] is within the limit
   };
 
+  std::vector<Vec3> sample(MeshView mesh, std::size_t count) const;
   bool seems_far() const;
   bool start();
   std::vector<Query> farthest_vertices() const;
-  bool bound_queries(std::vector<Query>& queries);
+  void bound_queries(std::vector<Query>& queries) const;
   bool mark(std::size_t first);
   double upper_sq(const Triangle& triangle) const;
 
   std::vector<Vec3> points_;  // of B
   LargeArray<Vertex> vertices_;
-  std::vector<std::uint8_t> used_of_b_;  // by vertex of B: 1 if a triangle uses it
-  std::vector<std::uint32_t> any_;       // by vertex of A: a triangle that uses it, or kNone
-  double off_ = 0;                       // the largest distance of points_ from B that kDistanceSlack has no room for
-  std::size_t unmarked_ = 0;             // used vertices without a mark
-  double marked_sq_ = 0;                 // the largest squared distance that has a mark
+  std::vector<std::uint32_t> any_;  // by vertex of A: a triangle that uses it, or kNone
+  double off_ = 0;                  // the largest distance of points_ from B that kDistanceSlack has no room for
+  std::size_t unmarked_ = 0;        // used vertices without a mark
+  double marked_sq_ = 0;            // the largest squared distance that has a mark
 };
 
 }  // namespace meshgauge

@@ -90,8 +90,8 @@ MUTATIONS = [
     ("triangles seen edge-on are projected", "engine/rounding.h", "kPatchThinnest = 0x1p10", "kPatchThinnest = 0x1p60"),
     # the front
     ("the bound by movement uses two corners", "engine/bounds/movement.h",
-     "return std::max({sq_[triangle[0]], sq_[triangle[1]], sq_[triangle[2]]});",
-     "return std::max({sq_[triangle[0]], sq_[triangle[1]]});"),
+     "std::max(std::max(sq_[triangle[0]], sq_[triangle[1]]), sq_[triangle[2]])",
+     "std::max(sq_[triangle[0]], sq_[triangle[1]])"),
     ("the bound by a point of B forgets a corner's mark", "engine/front_points.cpp",
      "vertices_[a].marks & vertices_[b].marks & vertices_[c].marks", "vertices_[a].marks & vertices_[b].marks"),
     ("the bound of what the front left out is lost", "engine/measurement.cpp", "  search.drop(direction.left_out);\n", ""),
