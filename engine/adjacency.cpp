@@ -85,7 +85,8 @@ struct Filed {
   std::uint32_t half_edge;
 };
 
-// All half-edges, grouped by their lower end: those of vertex v are [begin[v], begin[v + 1]).
+// All half-edges, grouped by their lower end: those of vertex v are [begin[v], begin[v + 1]). The last begin has no
+// meaning.
 struct Files {
   LargeArray<std::uint32_t> begin;
   LargeArray<Filed> entries;
@@ -111,7 +112,7 @@ bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, c
   return for_each([next, entries = files.entries.data()](std::uint32_t v, Filed entry) { entries[next[v]++] = entry; });
 }
 
-// Sorts by the higher end, and those of one edge as they are: by their numbers. Mostly there are three.
+// Sorts by the higher end, and those of one edge as they are: by their numbers. Mostly there are six.
 void sort(Filed* first, Filed* last) {
   constexpr std::ptrdiff_t kFew = 16;
   const auto before = [](const Filed& a, const Filed& b) { return a.higher_end < b.higher_end; };

@@ -1,5 +1,7 @@
 #include "engine/front.h"
 
+#include <type_traits>
+
 #include "engine/front_movement.h"
 #include "engine/front_points.h"
 #include "engine/rounding.h"
@@ -9,14 +11,14 @@ namespace meshgauge {
 FrontEnd take_front(const MeasuredPair& pair, MeasuredDirection& direction, const Goal& goal, Slack slack,
                     double& known, Control& control, ThreadPool& pool) {
   slack.residual = rounding::kUsualResidual;
-  MovementFront by_movement(pair, direction, goal, slack, known, control, pool);
-  FrontEnd end = by_movement.run();
-  if (end == FrontEnd::taken) known = by_movement.lower();
-  if (end != FrontEnd::declined) return end;
-  PointFront by_points(pair, direction, goal, slack, known, control, pool);
-  end = by_points.run();
-  if (end == FrontEnd::taken) known = by_points.lower();
-  return end;
+  const auto run = [&]<class Front>(std::type_identity<Front>) {
+    Front front(pair, direction, goal, slack, known, control, pool);
+    const FrontEnd end = front.run();
+    if (end == FrontEnd::taken) known = front.lower();
+    return end;
+  };
+  const FrontEnd end = run(std::type_identity<MovementFront>());
+  return end == FrontEnd::declined ? run(std::type_identity<PointFront>()) : end;
 }
 
 }  // namespace meshgauge

@@ -42,6 +42,7 @@ FrontEnd MovementFront::settle() {
 bool MovementFront::find_movers(const Movement& movement) {
   const std::size_t part = (from_.triangles.size() + kMovers - 1) / kMovers;
   for (std::size_t begin = 0; begin < from_.triangles.size(); begin += part) {
+    if (begin > 0 && interrupted_()) return false;
     const auto triangles = from_.triangles.subspan(begin, std::min(part, from_.triangles.size() - begin));
     std::size_t mover = 0;
     double most = -1;

@@ -17,7 +17,7 @@ bool same_indices(MeshView a, MeshView b, const Interrupted& interrupted) {
 
 Movement::Movement(MeshView a, MeshView b, const Frame& frame, const Interrupted& interrupted)
     : sq_(std::min(a.positions.size(), b.positions.size())) {
-  double* const sq = sq_.data();  // locals: a store to it could change any member
+  double* const sq = sq_.data();  // locals: a store there might change a member
   Vec3 sum = Vec3::Zero();
   bool none = true;
   complete_ = each_unless(interrupted, sq_.size(), [&, frame](std::uint32_t v) {

@@ -7,10 +7,6 @@
 
 namespace meshgauge::server {
 
-bool ClaimBuffer::is_ready_soon(const HeldJob& job) {
-  return is_small(job) && job.stage != HeldJob::Stage::ready && job.failures == 0;
-}
-
 void ClaimBuffer::add(HeldJobPtr job) {
   waiting_bytes_ += job->live->bytes;
   suspected_ += job->suspected ? 1U : 0U;
@@ -21,12 +17,14 @@ void ClaimBuffer::add(HeldJobPtr job) {
   waiting_.insert(place, std::move(job));
 }
 
-HeldJobPtr ClaimBuffer::take() {
+HeldJobPtr ClaimBuffer::take(LiveJob::Clock::time_point now) {
   if (alone_) return nullptr;
   for (const HeldJobPtr& job : waiting_) {
     const bool full = !job->guest && running_ >= threads_;
-    if (!full && is_ready_soon(*job)) return nullptr;
-    if (full || job->stage != HeldJob::Stage::ready || (job->suspected && running() > 0)) continue;
+    if (full || (job->suspected && running() > 0)) continue;
+    const bool soon = is_small(*job) && now - job->claimed < kSoon;
+    if (job->stage != HeldJob::Stage::ready && soon) return nullptr;
+    if (job->stage != HeldJob::Stage::ready) continue;
     HeldJobPtr next = job;
     std::erase(waiting_, next);
     waiting_bytes_ -= next->live->bytes;
@@ -70,8 +68,7 @@ std::size_t ClaimBuffer::wanted() const {
   if (running_ + waiting < threads_) return kMost;
   // What comes may be large, or of no batch: some thread must be about to be free for it.
   const bool turning_over = large_running_ < threads_;
-  const bool stocked =
-      std::any_of(waiting_.begin(), waiting_.end(), [this](const auto& job) { return !is_small(*job); });
+  const bool stocked = std::any_of(waiting_.begin(), waiting_.end(), [](const auto& job) { return !is_small(*job); });
   if (!turning_over || stocked || waiting_.size() >= kRefillBelow || waiting_bytes_ >= kMostBytes) return 0;
   return kMost - waiting_.size();
 }

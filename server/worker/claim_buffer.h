@@ -1,9 +1,10 @@
 // The jobs that a worker has claimed and not begun: their order, and how many more to claim.
 //
 // Order: jobs of no batch first, since a client may wait for each; then those of batches; each in the order of their
-// claims. A small job of a batch is waited for while its blobs are opened for the first time, which is short: the one
-// behind it may keep the thread for minutes. Others are passed over until they are ready. A suspected job begins when nothing runs, and nothing begins beside it: if it ends its worker, no other job
-// is lost. Jobs that were claimed before it begin before it, and nothing is claimed until it has ended.
+// claims. Those whose blobs are not opened yet are passed over; but a small job of a batch is waited for kSoon, since
+// the one behind it may keep the thread for minutes. A suspected job begins when nothing runs, and nothing begins
+// beside it: if it ends its worker, no other job is lost. Jobs that were claimed before it begin before it, and nothing
+// is claimed until it has ended.
 //
 // No other worker can run a buffered job. So only small jobs of batches are buffered beyond the free threads, whose
 // runs may be shorter than a claim, and no more than take about a second.
@@ -13,6 +14,7 @@
 // Not thread safe.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <list>
@@ -28,12 +30,14 @@ class ClaimBuffer {
   static constexpr std::size_t kRefillBelow = 32;
   static constexpr std::uint64_t kMostBytes = static_cast<std::uint64_t>(store::JobStore::kBytesOfOneSecond) / 2;
   static constexpr std::uint64_t kSmallBytes = std::uint64_t{4} << 20;
+  static constexpr std::chrono::milliseconds kSoon{250};  // after the claim
 
   explicit ClaimBuffer(std::size_t threads) : threads_(threads) {}
 
   void add(HeldJobPtr job);
-  // Takes the next job that may begin now; it counts as running until ended(). null: there is none.
-  HeldJobPtr take();
+  // Takes the next job that may begin at `now`; it counts as running until ended(). null: there is none, or one is
+  // waited for: ask again after kSoon.
+  HeldJobPtr take(LiveJob::Clock::time_point now);
   void ended(const HeldJob& job);
   void remove(const HeldJob& job);  // a job that was not taken; others are ignored
   std::vector<HeldJobPtr> take_all();
@@ -52,7 +56,6 @@ class ClaimBuffer {
 
  private:
   static bool is_small(const HeldJob& job) { return job.in_batch && job.live->bytes <= kSmallBytes; }
-  static bool is_ready_soon(const HeldJob& job);
 
   const std::size_t threads_;
   std::list<HeldJobPtr> waiting_;

@@ -127,6 +127,7 @@ HeldJobPtr Worker::held_of(const store::Claimed& claimed) const {
   auto job = std::make_shared<HeldJob>();
   job->live = live_job_of(claimed.job, settings_, std::max(milliseconds(0), now - claimed.job.created));
   job->token = claimed.token;
+  job->claimed = Clock::now();
   job->live->started(claimed.token.tries, claimed.job.started.value_or(now));
   if (claimed.job.cancel_requested) job->live->cancel();
   job->deadline = claimed.job.deadline;
@@ -174,7 +175,7 @@ void Worker::open(const HeldJobPtr& job) {
   if (!error && job->live->cancel_requested()) return cancel(job);
   if (!error) return begin_what_can();
   open_wake_.notify_all();
-  if (again) return begin_what_can();  // another thread may be opening it by now
+  if (again) return;  // another thread may be opening it by now
   const bool damaged = error->code == ErrorCode::internal;
   leave({job, std::nullopt, std::nullopt, damaged ? error->message : ""});
   begin_what_can();

@@ -27,6 +27,7 @@ struct HeldJob {
   bool suspected = false;
   bool guest = false;  // of an owner that had no job running: it needs no worker that is free (scheduler.h)
   Stage stage = Stage::claimed;
+  Clock::time_point claimed{};             // when
   std::optional<Clock::time_point> begun;  // when a thread of the scheduler took it
   bool lost = false;                       // the token is no longer the newest
   unsigned failures = 0;                   // to open its blobs

@@ -36,6 +36,7 @@ void Worker::keep_in_background() {
   std::unique_lock lock(mutex_);
   while (!keep_wake_.wait_for(lock, std::min(options_.progress, options_.heartbeat), [&] { return ending_; })) {
     lock.unlock();
+    begin_what_can();  // a job that was waited for too long may be passed over
     const auto now = Clock::now();
     const bool everything = now >= next_beat;
     const bool told = tell(due(everything));

@@ -180,7 +180,7 @@ void Worker::begin_what_can() {
   std::vector<HeldJobPtr> next;
   {
     const std::lock_guard lock(mutex_);
-    while (HeldJobPtr job = buffer_.take()) next.push_back(std::move(job));
+    while (HeldJobPtr job = buffer_.take(Clock::now())) next.push_back(std::move(job));
     given_ += next.size();
   }
   for (const HeldJobPtr& job : next) submit(job);

@@ -280,7 +280,7 @@ class Restarts(Case):
 
 
 class Cancelling(Case):
-    flags = ("--workers", "1")
+    flags = ("--workers", "3")  # one is left for what ends, whatever begins first
 
     def idle(self):
         text = self.server.get("/metrics").body.decode()
@@ -299,7 +299,6 @@ class Cancelling(Case):
         both = [outcomes["slow %d" % i] for i in range(2)]
         self.assertEqual([o["verdict"] for o in both], ["undecided"] * 2)
         self.assertEqual([o["error"] for o in both], [None] * 2)
-        # The thread for clients with nothing running may have taken one between two comparisons of the worker.
         self.assertIn(sum(o["document"] is not None for o in both), (1, 2))
         until(self.idle)
 
@@ -309,7 +308,7 @@ class Cancelling(Case):
 
     def test_in_the_middle_of_asking(self):
         with Relay(self.server.port) as relay:
-            run = Run([self.slow("slow %d" % i) for i in range(3)], {"url": url_of(relay)})
+            run = Run([self.slow("slow %d" % i) for i in range(5)], {"url": url_of(relay)})
             until(lambda: relay.seen.get(("POST", PATH)))
             run.interrupt()
             for outcome in run.ended():

@@ -9,7 +9,7 @@ import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
 import { workplace } from "./workplace.mjs";
 
-const place = workplace(() => ({}), "--workers", "1");
+const place = workplace(() => ({}), "--workers", "4");
 const gate = { max_distance: 0.5, units: "mm" };
 
 async function opened(path, how) {
@@ -43,7 +43,7 @@ async function slow(name) {
   const core = await stored(service, ply(sphere(60, 0.02))), shell = await stored(service, ply(sphere(200)));
   const flat = await stored(service, square(0)), far = await stored(service, square(3));
   const comparisons = [1, 2, 3].map((i) => ({ name: `slow ${i}`, a: core, b: shell, options: { strategy: "four_point", tolerance: { relative: 1e-8, absolute: i * 1e-12 }, timeout_ms: 170000 } }));
-  comparisons.unshift({ name: "quick", a: flat, b: far, options: { gate } }); // which is begun first
+  comparisons.unshift({ name: "quick", a: flat, b: far, options: { gate } }); // it ends: there is a thread for each
   return begun(service, { name, comparisons });
 }
 
