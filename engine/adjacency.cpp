@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/index_table.h"
+#include "engine/mesh_index.h"
 
 namespace meshgauge {
 namespace {
@@ -13,17 +14,6 @@ constexpr std::uint32_t kNone = IndexTable::kNone;
 
 constexpr std::size_t kAskEvery = std::size_t{1} << 17;  // triangles or vertices, about 3 ms
 constexpr std::size_t kRange = std::size_t{1} << 12;     // vertices
-
-// Calls visit(i) for each i in [0, count). False: interrupted.
-template <class Visit>
-bool each(std::size_t count, const Interrupted& interrupted, Visit&& visit) {
-  for (std::size_t begin = 0; begin < count; begin += kAskEvery) {
-    if (begin > 0 && interrupted()) return false;
-    const std::size_t end = std::min(begin + kAskEvery, count);
-    for (std::size_t i = begin; i < end; ++i) visit(static_cast<std::uint32_t>(i));
-  }
-  return true;
-}
 
 // Calls visit(first, last) on all threads of the pool, for ranges that make up [0, count). False: interrupted.
 template <class Visit>
@@ -68,13 +58,13 @@ bool weld(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Large
   std::atomic<bool> complete{true};
   pool.run(pool.size(), [&](std::size_t, std::size_t share) {
     IndexTable table(hashes.counts[share]);
-    const bool done = each(positions.size(), interrupted, [&](std::uint32_t v) {
+    const auto find = [&](std::uint32_t v) {
       if (hashes.share_of(v) != share) return;
       const auto seen =
           table.find_or_store(hashes.of_position[v], v, [&](std::uint32_t u) { return positions[u] == positions[v]; });
       vertex[v] = seen == kNone ? v : seen;
-    });
-    if (!done) complete = false;
+    };
+    if (!each_unless(interrupted, positions.size(), find, kAskEvery)) complete = false;
   });
   return complete;
 }
@@ -95,14 +85,14 @@ struct Files {
 bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, const Interrupted& interrupted,
                        Files& files) {
   const auto for_each = [&](auto&& visit) {
-    return each(mesh.triangles.size(), interrupted,
-                [=, triangles = mesh.triangles, first = vertex.data()](std::uint32_t t) {
-                  const std::array corners{first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
-                  for (std::uint32_t i = 0; i < 3; ++i) {
-                    const std::uint32_t a = corners[i], b = corners[(i + 1) % 3];
-                    visit(std::min(a, b), Filed{std::max(a, b), 3 * t + i});
-                  }
-                });
+    const auto of_triangle = [=, triangles = mesh.triangles, first = vertex.data()](std::uint32_t t) {
+      const std::array corners{first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
+      for (std::uint32_t i = 0; i < 3; ++i) {
+        const std::uint32_t a = corners[i], b = corners[(i + 1) % 3];
+        visit(std::min(a, b), Filed{std::max(a, b), 3 * t + i});
+      }
+    };
+    return each_unless(interrupted, mesh.triangles.size(), of_triangle, kAskEvery);
   };
   files.begin.assign(vertex.size() + 2, 0);
   files.entries.resize(3 * mesh.triangles.size());

@@ -16,7 +16,7 @@ namespace meshgauge {
 
 // The cells that a mesh's vertices lie in.
 struct MeshCells {
-  static constexpr std::uint32_t kMost = 64;  // on each axis
+  static constexpr std::uint32_t kMost = 64;  // on each axis: the bits of a row
 
   struct Grid {
     Vec3 low;

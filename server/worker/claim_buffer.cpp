@@ -22,9 +22,10 @@ HeldJobPtr ClaimBuffer::take(LiveJob::Clock::time_point now) {
   for (const HeldJobPtr& job : waiting_) {
     const bool full = !job->guest && running_ >= threads_;
     if (full || (job->suspected && running() > 0)) continue;
-    const bool soon = is_small(*job) && now - job->claimed < kSoon;
-    if (job->stage != HeldJob::Stage::ready && soon) return nullptr;
-    if (job->stage != HeldJob::Stage::ready) continue;
+    if (job->stage != HeldJob::Stage::ready) {
+      if (is_small(*job) && now - job->claimed < kSoon) return nullptr;
+      continue;
+    }
     HeldJobPtr next = job;
     std::erase(waiting_, next);
     waiting_bytes_ -= next->live->bytes;
