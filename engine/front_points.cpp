@@ -11,7 +11,7 @@ constexpr double kDistant = 2;       // diagonals of A
 constexpr std::size_t kMorePoints = 2048;
 constexpr std::size_t kPoints = 64;     // points of B that decide whether to try
 constexpr std::size_t kCorners = 1024;  // of B, that bound a distance from it
-constexpr std::size_t kQueries = 4;     // vertices measured in one round: the farthest one of each part of A
+constexpr std::size_t kQueries = 2;     // vertices measured in one round: the farthest one of each part of A
 constexpr std::size_t kRounds = 3;
 constexpr std::size_t kMostUnmarked = 4;  // more than one vertex of so many without a mark: declined
 constexpr double kFarForDetail = 0x1p-4;  // of A's diagonal
@@ -25,9 +25,10 @@ double distance_sq(const Box& box, const Vec3& p) {
 FrontEnd PointFront::run() {
   if (!seems_far()) return FrontEnd::declined;
   if (!start()) return FrontEnd::interrupted;
+  const std::vector<Vec3> corners = sample(to_, kCorners);
   for (std::size_t round = 0; round < kRounds && unmarked_ > 0; ++round) {
     std::vector<Query> queries = farthest_vertices();
-    bound_queries(queries);
+    bound_queries(queries, corners);
     const std::size_t known = points_.size();
     if (const FrontEnd end = measure(queries, points_, off_); end != FrontEnd::taken) return end;
     if (!mark(known)) return FrontEnd::interrupted;
@@ -39,6 +40,7 @@ FrontEnd PointFront::run() {
 // A corner of each of at most `count` triangles.
 std::vector<Vec3> PointFront::sample(MeshView mesh, std::size_t count) const {
   std::vector<Vec3> points;
+  points.reserve(count);
   const std::size_t step = mesh.triangles.size() / count + 1;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += step)
     points.push_back(pair_.frame.to_frame(mesh.corner(t, 0)));
@@ -112,10 +114,10 @@ std::vector<FrontWork::Query> PointFront::farthest_vertices() const {
   return queries;
 }
 
-// Bounds the distances of the queries by those of some corners of B.
-void PointFront::bound_queries(std::vector<Query>& queries) const {
+// Bounds the distances of the queries by those of these corners of B.
+void PointFront::bound_queries(std::vector<Query>& queries, const std::vector<Vec3>& corners) {
   std::vector<double> least_sq(queries.size(), std::numeric_limits<double>::infinity());
-  for (const Vec3& p : sample(to_, kCorners)) {
+  for (const Vec3& p : corners) {
     for (std::size_t i = 0; i < queries.size(); ++i) {
       least_sq[i] = std::min(least_sq[i], (queries[i].point - p).squaredNorm());
     }

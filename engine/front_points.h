@@ -36,7 +36,7 @@ class PointFront : private FrontWork {
   bool seems_far() const;
   bool start();
   std::vector<Query> farthest_vertices() const;
-  void bound_queries(std::vector<Query>& queries) const;
+  static void bound_queries(std::vector<Query>& queries, const std::vector<Vec3>& corners);
   bool mark(std::size_t first);
   double upper_sq(const Triangle& triangle) const;
 

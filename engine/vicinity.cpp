@@ -35,7 +35,11 @@ Box box_of(MeshView mesh, std::uint32_t t, const Frame& frame) {
 }  // namespace
 
 MeshCells::MeshCells(MeshView of, const Box& box, const Frame& in, const Interrupted& interrupted)
-    : mesh(of), frame(in), grid{box.low, Vec3::Zero(), cells_for(of.triangles.size())}, packed(of.positions.size()) {
+    : mesh(of),
+      frame(in),
+      grid{box.low, Vec3::Zero(), cells_for(of.triangles.size())},
+      packed(of.positions.size()),
+      places(of.triangles.size()) {
   for (int k = 0; k < 3; ++k) {
     const double width = box.high[k] - box.low[k];
     if (width > kSmallestBox) grid.scale[k] = grid.cells / width;
@@ -44,13 +48,20 @@ MeshCells::MeshCells(MeshView of, const Box& box, const Frame& in, const Interru
     const Vec3 p = in.to_frame(positions[v]);
     cells[v] = to.cell(p[0], 0) | to.cell(p[1], 1) << 8 | to.cell(p[2], 2) << 16;
   };
-  if (!each_unless(interrupted, packed.size(), pack)) packed.clear();
+  const auto place = [triangles = of.triangles, cells = packed.data(), to = places.data(), rows = grid.cells,
+                      spread = kMost * grid.cells * grid.cells](std::uint32_t t) {
+    const std::uint32_t a = cells[triangles[t][0]], b = cells[triangles[t][1]], c = cells[triangles[t][2]];
+    const std::uint32_t first = kMost * (rows * (a >> 16) + (a >> 8 & 0xFFU)) + (a & 0xFFU);
+    to[t] = neighbours(a, b) & neighbours(a, c) ? first : spread;
+  };
+  const bool done = each_unless(interrupted, packed.size(), pack) && each_unless(interrupted, places.size(), place);
+  if (!done) places.clear();
 }
 
 Vicinity::Vicinity(const MeshCells& cells)
     : cells_(cells),
       rows_(std::size_t{cells.grid.cells} * cells.grid.cells),
-      close_(rows_.size()),
+      close_(rows_.size() + 1),
       first_{cells.grid.cells, cells.grid.cells, cells.grid.cells} {}
 
 // A distance on one axis, from below, of the coordinates in a cell from the box.
@@ -73,8 +84,8 @@ void Vicinity::add(const Box& box, double reach) {
   const auto [z0, z1] = range(2, wide);
   rows_marked_ += std::size_t{1} * (z1 - z0 + 1) * (y1 - y0 + 1);
   if (rows_marked_ > kMostMarked) return;
-  first_ = {0, std::min(first_[1], y0), std::min(first_[2], z0)};
-  last_ = {0, std::max(last_[1], y1), std::max(last_[2], z1)};
+  first_ = {std::min(first_[0], x0), std::min(first_[1], y0), std::min(first_[2], z0)};
+  last_ = {std::max(last_[0], x1), std::max(last_[1], y1), std::max(last_[2], z1)};
   std::array<double, MeshCells::kMost> gap_y;
   for (std::uint32_t y = y0; y <= y1; ++y) gap_y[y] = gap(1, y, box);
   for (std::uint32_t z = z0; z <= z1; ++z) {
@@ -109,17 +120,21 @@ void Vicinity::find_close() {
       around(z, 2, [&](std::uint32_t near) { close_[row(y, z)] |= wide[row(y, near)]; });
     }
   }
+  close_.back() = ~std::uint64_t{0};
 }
 
-// Whether a cell in the box of three packed cells is marked.
-bool Vicinity::marked(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-  const auto range = [&](unsigned shift) {
+// Whether a cell in the box of the corners' cells is marked.
+bool Vicinity::marked(const Triangle& triangle) const {
+  const std::uint32_t a = cells_.packed[triangle[0]], b = cells_.packed[triangle[1]], c = cells_.packed[triangle[2]];
+  const auto range = [&](unsigned axis) {  // of cells that are in the widened boxes' range, too
+    const unsigned shift = 8 * axis;
     const auto [low, high] = std::minmax({a >> shift & 63U, b >> shift & 63U, c >> shift & 63U});
-    return std::pair(low, high);
+    return std::pair(std::max(low, first_[axis]), std::min(high, last_[axis]));
   };
   const auto [x0, x1] = range(0);
-  const auto [y0, y1] = range(8);
-  const auto [z0, z1] = range(16);
+  const auto [y0, y1] = range(1);
+  const auto [z0, z1] = range(2);
+  if (x0 > x1 || y0 > y1 || z0 > z1) return false;
   if (std::size_t{1} * (z1 - z0 + 1) * (y1 - y0 + 1) > kManyRows) return true;
   const std::uint64_t all = bits(x0, x1);
   for (std::uint32_t z = z0; z <= z1; ++z) {
@@ -140,14 +155,11 @@ bool Vicinity::within(const Box& box) const {
 std::optional<std::vector<std::uint32_t>> Vicinity::triangles(const Interrupted& interrupted) {
   std::vector<std::uint32_t> found;
   if (count_ > 0 && rows_marked_ <= kMostMarked) find_close();
-  const bool all = rows_marked_ > kMostMarked;
-  const auto see = [&, triangles = cells_.mesh.triangles, cells = cells_.packed.data(), close = close_.data(),
-                    rows = cells_.grid.cells](std::uint32_t t) {
-    const std::uint32_t a = cells[triangles[t][0]], b = cells[triangles[t][1]], c = cells[triangles[t][2]];
+  const bool all = rows_marked_ > kMostMarked, by_cells = count_ > kFewerBoxes;
+  const auto see = [&, places = cells_.places.data(), close = close_.data()](std::uint32_t t) {
     if (!all) {
-      const bool is_close = (close[rows * (a >> 16) + (a >> 8 & 0xFFU)] >> (a & 0xFFU) & 1) != 0;
-      if (!is_close && neighbours(a, b) && neighbours(a, c)) return;
-      if (!marked(a, b, c)) return;
+      if ((close[places[t] / MeshCells::kMost] >> places[t] % MeshCells::kMost & 1) == 0) return;
+      if (by_cells && !marked(cells_.mesh.triangles[t])) return;
     }
     if (count_ <= kFewBoxes && !within(box_of(cells_.mesh, t, cells_.frame))) return;
     found.push_back(t);

@@ -33,10 +33,13 @@ struct MeshCells {
   Frame frame;
   Grid grid;
   LargeArray<std::uint32_t> packed;  // by vertex: its cell, a byte for each axis
+  // By triangle: the place of its first corner's cell in the rows along x, each with room for kMost cells; for a
+  // triangle that spans many cells, the place after the last row.
+  LargeArray<std::uint32_t> places;
 
   // `box`: that of the mesh, in the frame. Linear time. If it is interrupted, complete() is false.
   MeshCells(MeshView of, const Box& box, const Frame& in, const Interrupted& interrupted);
-  bool complete() const { return !packed.empty(); }
+  bool complete() const { return !places.empty(); }
 };
 
 // Statement. triangles() returns all triangles that are within `reach` of one of the boxes, and some others.
@@ -47,10 +50,11 @@ struct MeshCells {
 // backwards, err by less than 16u = 2^-49, since coordinates are at most 1 and widths at most 2; kPad covers that. Of
 // each row of cells along x, add() marks those up to the largest distance on x that the gaps on y and z, each less by
 // kPad, leave of the reach: the root of three terms that err by some u of at most 12, which kPad covers, too, since it
-// is added to the reach before it is squared. (A first test is quicker: a triangle that spans few cells around those of
-// a corner touches no marked cell if none is within kRing cells of the corner.) The last test compares distances of
-// boxes: a gap of two coordinates errs by u relatively, the sum of three squares by less than 8u and 2^-1000, for which
-// kNearer and kLeast have room.
+// is added to the reach before it is squared. A marked cell outside of the widened boxes' range on an axis is not
+// within reach. (A first test is quicker: a triangle that spans few cells around that of its first corner touches no
+// marked cell if none is within kRing cells of the corner.) The last test compares distances of boxes: a gap of two
+// coordinates errs by u relatively, the sum of three squares by less than 8u and 2^-1000, for which kNearer and kLeast
+// have room.
 class Vicinity {
  public:
   explicit Vicinity(const MeshCells& cells);  // borrows them
@@ -64,6 +68,7 @@ class Vicinity {
  private:
   static constexpr std::uint32_t kRing = 2;                         // cells
   static constexpr std::size_t kFewBoxes = 16;                      // so many are worth the last test
+  static constexpr std::size_t kFewerBoxes = 4;                     // for these it takes less than marked()
   static constexpr std::size_t kManyRows = 64;                      // a triangle over more rows counts as near
   static constexpr std::size_t kMostMarked = std::size_t{1} << 18;  // rows; beyond, every triangle counts as near
   static constexpr double kPad = 0x1p-40;
@@ -80,13 +85,13 @@ class Vicinity {
   std::size_t row(std::uint32_t y, std::uint32_t z) const { return std::size_t{cells_.grid.cells} * z + y; }
   double gap(int axis, std::uint32_t cell, const Box& box) const;
   void find_close();
-  bool marked(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  bool marked(const Triangle& triangle) const;
   bool within(const Box& box) const;
 
   const MeshCells& cells_;
   Rows rows_;    // the marked cells
-  Rows close_;   // the cells within kRing of them
-  Cell first_;   // of the marked rows: the smallest y and z
+  Rows close_;   // the cells within kRing of them, and a row for triangles that span many cells
+  Cell first_;   // of the widened boxes: the smallest coordinates of a cell
   Cell last_{};  // the largest ones
   std::size_t rows_marked_ = 0;
   std::vector<Near> boxes_;

@@ -98,6 +98,8 @@ MUTATIONS = [
     ("the lower bound may exceed the reach of a part of B", "engine/certify.cpp", "std::min(*below, beyond)", "*below"),
     ("a box is not widened by its reach", "engine/vicinity.cpp",
      "cell(box.high[axis] + on_axis, axis)", "cell(box.high[axis] + 0 * on_axis, axis)"),
+    ("a triangle that spans many cells is looked up by one corner", "engine/vicinity.cpp",
+     "neighbours(a, b) & neighbours(a, c) ? first : spread", "neighbours(a, b) | neighbours(a, c) ? first : spread"),
     ("boxes within reach are skipped a little too early", "engine/vicinity.cpp",
      "near.reach_sq * kNearer + kLeast", "near.reach_sq * (1 - 0x1p-10)"),
     ("off by one: the last triangle of a leaf of A is skipped", "engine/traversal.cpp",
