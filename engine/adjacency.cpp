@@ -15,20 +15,6 @@ constexpr std::uint32_t kNone = IndexTable::kNone;
 constexpr std::size_t kAskEvery = std::size_t{1} << 17;  // triangles or vertices, about 3 ms
 constexpr std::size_t kRange = std::size_t{1} << 12;     // vertices
 
-// Calls visit(first, last) on all threads of the pool, for ranges that make up [0, count). False: interrupted.
-template <class Visit>
-bool each_range(std::size_t count, ThreadPool& pool, const Interrupted& interrupted, Visit&& visit) {
-  std::atomic<bool> complete{true};
-  pool.run((count + kRange - 1) / kRange, [&](std::size_t, std::size_t range) {
-    if (!complete || interrupted()) {
-      complete = false;
-    } else {
-      visit(range * kRange, std::min((range + 1) * kRange, count));
-    }
-  });
-  return complete;
-}
-
 // The hashes of the mesh's positions. They are divided into shares, one for each thread, by their value.
 struct Hashes {
   LargeArray<std::uint64_t> of_position;
@@ -39,7 +25,7 @@ struct Hashes {
 
 bool hash_positions(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Hashes& hashes) {
   hashes.of_position.resize(mesh.positions.size());
-  return each_range(mesh.positions.size(), pool, interrupted, [&](std::size_t first, std::size_t last) {
+  return each_range(interrupted, mesh.positions.size(), kRange, pool, [&](std::size_t first, std::size_t last) {
     std::vector<std::size_t> counts(hashes.counts.size());
     for (std::size_t v = first; v < last; ++v) {
       hashes.of_position[v] = hash_of(mesh.positions[v]);
@@ -134,7 +120,7 @@ Adjacency::Adjacency(MeshView mesh, ThreadPool& pool, const Interrupted& interru
   LargeArray<std::uint32_t> vertex;
   Files files;
   if (!weld(mesh, pool, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
-  complete_ = each_range(mesh.positions.size(), pool, interrupted, [&](std::size_t first, std::size_t last) {
+  complete_ = each_range(interrupted, mesh.positions.size(), kRange, pool, [&](std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {
       link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_.data());
     }

@@ -30,6 +30,12 @@ void on_both_meshes(MeasuredPair& pair, ThreadPool& pool, const Work& work) {
   }
 }
 
+// Whether one of two threads has little to wait for if each takes a mesh.
+bool are_similar_in_size(MeshView a, MeshView b) {
+  const auto [small, large] = std::minmax(a.triangles.size(), b.triangles.size());
+  return 2 * small >= large;
+}
+
 Box joint(Box box, const Box& other) {
   box.extend(other);
   return box;
@@ -77,10 +83,12 @@ class BuildStage {
     const auto order = [this](MeasuredMesh& mesh, ThreadPool& pool) {
       mesh.ordered = mesh.framed->order(control_, pool);
     };
-    if (needs_order(pair_.a) && needs_order(pair_.b)) {
+    const bool a = needs_order(pair_.a), b = needs_order(pair_.b);
+    if (a && b && are_similar_in_size(pair_.a.given(), pair_.b.given())) {
       on_both_meshes(pair_, pool_, order);
-    } else if (needs_order(pair_.a) || needs_order(pair_.b)) {
-      order(needs_order(pair_.a) ? pair_.a : pair_.b, pool_);
+    } else {
+      if (a) order(pair_.a, pool_);
+      if (b) order(pair_.b, pool_);
     }
   }
 

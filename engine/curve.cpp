@@ -7,16 +7,18 @@
 #include <utility>
 #include <vector>
 
+#include "engine/mesh_index.h"
+
 namespace meshgauge {
 namespace {
 
-constexpr unsigned kBits = 10;                             // bits of a cell's number on one axis
-constexpr std::size_t kBatch = 256;                        // centres turned into codes at once
-constexpr std::size_t kCheckEvery = std::size_t{1} << 16;  // items between two checks of the clock, about 1 ms
-constexpr std::size_t kFewEnough = 8;                      // items of one cell that need no order of their own
-constexpr std::size_t kWorthRadix = 2048;                  // items from which counting beats comparing
-constexpr double kSmallestBox = 0x1p-1010;                 // a smaller box is not divided into cells
-constexpr int kMaxDepth = 8;                               // cells within cells: 1024^8 is beyond what double resolves
+constexpr unsigned kBits = 10;                       // bits of a cell's number on one axis
+constexpr std::size_t kBatch = 256;                  // centres turned into codes at once
+constexpr std::size_t kPart = std::size_t{1} << 14;  // items that a thread takes at once, about 0.3 ms
+constexpr std::size_t kFewEnough = 8;                // items of one cell that need no order of their own
+constexpr std::size_t kWorthRadix = 2048;            // items from which counting beats comparing
+constexpr double kSmallestBox = 0x1p-1010;           // a smaller box is not divided into cells
+constexpr int kMaxDepth = 8;                         // cells within cells: 1024^8 is beyond what double resolves
 
 struct Item {
   std::uint32_t code;
@@ -67,30 +69,6 @@ Vec3 centre(MeshView mesh, std::uint32_t triangle) {
   return mesh.corner(triangle, 0) + mesh.corner(triangle, 1) + mesh.corner(triangle, 2);
 }
 
-// Calls visit(begin, end) for consecutive parts of [0, count), and looks at the clock between them. False: interrupted.
-template <class Visit>
-bool in_parts(std::size_t count, Control& control, const Visit& visit) {
-  for (std::size_t begin = 0; begin < count; begin += kCheckEvery) {
-    if (begin > 0 && control.check() != Interruption::none) return false;
-    visit(begin, std::min(begin + kCheckEvery, count));
-  }
-  return true;
-}
-
-// The same with parts on all threads.
-template <class Visit>
-bool in_parts(std::size_t count, Control& control, ThreadPool& pool, const Visit& visit) {
-  const std::size_t tasks = (count + kCheckEvery - 1) / kCheckEvery;
-  for (std::size_t done = 0; done < tasks; done += pool.size()) {
-    if (done > 0 && control.check() != Interruption::none) return false;
-    pool.run(std::min(pool.size(), tasks - done), [&](std::size_t, std::size_t task) {
-      const std::size_t begin = (done + task) * kCheckEvery;
-      visit(begin, std::min(begin + kCheckEvery, count));
-    });
-  }
-  return true;
-}
-
 // Sets the items' codes: the numbers, along the curve, of the cells of `box` that hold their centres.
 void encode(MeshView mesh, const Box& box, std::span<Item> items) {
   const double size = std::max((box.high - box.low).maxCoeff(), kSmallestBox);
@@ -111,31 +89,38 @@ void encode(MeshView mesh, const Box& box, std::span<Item> items) {
 }
 
 // Sorts stably by the code, 10 bits at a time. False: interrupted.
-bool radix_sort(LargeArray<Item>& items, Control& control) {
+bool radix_sort(LargeArray<Item>& items, ThreadPool& pool, const Interrupted& interrupted) {
   constexpr std::uint32_t kBuckets = 1U << kBits;
+  using Places = std::array<std::uint32_t, kBuckets>;  // by bucket: first the number of items, then where the next goes
+  std::vector<Places> places((items.size() + kPart - 1) / kPart);  // by part
   LargeArray<Item> other(items.size());
   for (unsigned shift = 0; shift < 3 * kBits; shift += kBits) {
-    const auto bucket = [&](const Item& item) { return (item.code >> shift) & (kBuckets - 1); };
-    std::array<std::uint32_t, kBuckets + 1> start{};
-    const bool counted = in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) ++start[bucket(items[i]) + 1];
-    });
-    for (std::size_t b = 0; b < kBuckets; ++b) start[b + 1] += start[b];
-    const bool sorted = counted && in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
-                          for (std::size_t i = begin; i < end; ++i) other[start[bucket(items[i])]++] = items[i];
-                        });
-    if (!sorted) return false;
+    const auto bucket = [shift](const Item& item) { return (item.code >> shift) & (kBuckets - 1); };
+    const auto count = [&, from = items.data()](std::size_t begin, std::size_t end) {
+      Places& counts = places[begin / kPart];
+      counts.fill(0);
+      for (std::size_t i = begin; i < end; ++i) ++counts[bucket(from[i])];
+    };
+    const auto move = [&, from = items.data(), to = other.data()](std::size_t begin, std::size_t end) {
+      Places& next = places[begin / kPart];
+      for (std::size_t i = begin; i < end; ++i) to[next[bucket(from[i])]++] = from[i];
+    };
+    if (!each_range(interrupted, items.size(), kPart, pool, count)) return false;
+    std::uint32_t before = 0;
+    for (std::size_t b = 0; b < kBuckets; ++b) {
+      for (Places& part : places) before += std::exchange(part[b], before);
+    }
+    if (!each_range(interrupted, items.size(), kPart, pool, move)) return false;
     items.swap(other);
   }
   return true;
 }
 
 // nullopt: interrupted.
-std::optional<Box> box_of_centres(MeshView mesh, std::span<const Item> items, Control& control) {
+std::optional<Box> box_of_centres(MeshView mesh, std::span<const Item> items, const Interrupted& interrupted) {
   Box box;
-  const bool done = in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) box.extend(centre(mesh, items[i].triangle));
-  });
+  const auto see = [&](std::uint32_t i) { box.extend(centre(mesh, items[i].triangle)); };
+  const bool done = each_unless(interrupted, items.size(), see);
   return done ? std::optional(box) : std::nullopt;
 }
 
@@ -154,34 +139,35 @@ void find_crowded(std::span<const Item> items, const Cell& within, std::vector<C
   }
 }
 
-bool sort_by_code(std::span<Item> items, Control& control) {
+bool sort_by_code(std::span<Item> items, ThreadPool& pool, const Interrupted& interrupted) {
   if (items.size() < kWorthRadix) {
     std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
       return std::pair(a.code, a.triangle) < std::pair(b.code, b.triangle);
     });
-    return control.check() == Interruption::none;
+    return !interrupted();
   }
   LargeArray<Item> copy(items.begin(), items.end());
-  if (!radix_sort(copy, control)) return false;
+  if (!radix_sort(copy, pool, interrupted)) return false;
   std::copy(copy.begin(), copy.end(), items.begin());
   return true;
 }
 
 // Orders the items that share a cell by a curve through their own box. False: interrupted.
-bool refine(MeshView mesh, LargeArray<Item>& items, Control& control, ThreadPool& pool) {
+bool refine(MeshView mesh, LargeArray<Item>& items, ThreadPool& pool, const Interrupted& interrupted) {
   std::vector<Cell> crowded;
   find_crowded(items, {0, items.size(), 0}, crowded);
   while (!crowded.empty()) {
     const Cell cell = crowded.back();
     crowded.pop_back();
     const auto inside = std::span(items).subspan(cell.begin, cell.end - cell.begin);
-    const std::optional<Box> box = box_of_centres(mesh, inside, control);
+    const std::optional<Box> box = box_of_centres(mesh, inside, interrupted);
     if (!box) return false;
     if (!((box->high - box->low).maxCoeff() > kSmallestBox) || cell.depth > kMaxDepth) continue;
-    const bool encoded = in_parts(inside.size(), control, pool, [&](std::size_t begin, std::size_t end) {
+    const auto encode_part = [&](std::size_t begin, std::size_t end) {
       encode(mesh, *box, inside.subspan(begin, end - begin));
-    });
-    if (!encoded || !sort_by_code(inside, control)) return false;
+    };
+    if (!each_range(interrupted, inside.size(), kPart, pool, encode_part)) return false;
+    if (!sort_by_code(inside, pool, interrupted)) return false;
     find_crowded(items, cell, crowded);
   }
   return true;
@@ -191,19 +177,21 @@ bool refine(MeshView mesh, LargeArray<Item>& items, Control& control, ThreadPool
 
 LargeArray<std::uint32_t> curve_order(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& box,
                                       Control& control, ThreadPool& pool) {
+  const Interrupted interrupted = [&control] { return control.check() != Interruption::none; };
   LargeArray<Item> items(chosen.empty() ? mesh.triangles.size() : chosen.size());
   const Box of_centres{3 * box.low, 3 * box.high};
-  const bool encoded = in_parts(items.size(), control, pool, [&](std::size_t begin, std::size_t end) {
+  const auto encode_part = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       items[i].triangle = chosen.empty() ? static_cast<std::uint32_t>(i) : chosen[i];
     encode(mesh, of_centres, std::span(items).subspan(begin, end - begin));
-  });
-  if (!encoded || !radix_sort(items, control) || !refine(mesh, items, control, pool)) return {};
+  };
+  if (!each_range(interrupted, items.size(), kPart, pool, encode_part)) return {};
+  if (!radix_sort(items, pool, interrupted) || !refine(mesh, items, pool, interrupted)) return {};
   LargeArray<std::uint32_t> order(items.size());
-  const bool done = in_parts(items.size(), control, [&](std::size_t begin, std::size_t end) {
+  const auto take = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) order[i] = items[i].triangle;
-  });
-  return done ? std::move(order) : LargeArray<std::uint32_t>();
+  };
+  return each_range(interrupted, items.size(), kPart, pool, take) ? std::move(order) : LargeArray<std::uint32_t>();
 }
 
 }  // namespace meshgauge

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
@@ -9,6 +10,7 @@
 #include "engine/index_table.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge {
 
@@ -64,6 +66,21 @@ bool each_unless(const Interrupted& interrupted, std::size_t count, Visit&& visi
     for (std::size_t i = begin; i < end; ++i) visit(static_cast<std::uint32_t>(i));
   }
   return true;
+}
+
+// Calls visit(first, last) on all threads of the pool, for ranges of `size` that make up [0, count), and polls
+// `interrupted` before each. False: interrupted.
+template <class Visit>
+bool each_range(const Interrupted& interrupted, std::size_t count, std::size_t size, ThreadPool& pool, Visit&& visit) {
+  std::atomic<bool> complete{true};
+  pool.run((count + size - 1) / size, [&](std::size_t, std::size_t range) {
+    if (!complete || interrupted()) {
+      complete = false;
+    } else {
+      visit(range * size, std::min((range + 1) * size, count));
+    }
+  });
+  return complete;
 }
 
 }  // namespace meshgauge
