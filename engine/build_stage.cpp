@@ -32,7 +32,7 @@ void on_both_meshes(MeasuredPair& pair, ThreadPool& pool, const Work& work) {
 
 // Whether one of two threads has little to wait for if each takes a mesh.
 bool are_similar_in_size(MeshView a, MeshView b) {
-  const auto [small, large] = std::minmax({a.triangles.size(), b.triangles.size()});  // a list: no references
+  const auto [small, large] = std::minmax({a.triangles.size(), b.triangles.size()});  // of a list: by value
   return 2 * small >= large;
 }
 
