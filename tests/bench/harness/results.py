@@ -6,6 +6,8 @@ import statistics
 
 from .contenders import FINISHED, SAMPLED, STAGES, STRATEGIES
 
+WRONG = "wrong interval"
+
 
 @dataclasses.dataclass
 class Result:
@@ -16,7 +18,10 @@ class Result:
     def __post_init__(self):
         self.best = min(self.rows, key=lambda row: math.inf if row["seconds"] is None else row["seconds"])
         self.status = next((row["status"] for row in self.rows if row["status"] not in FINISHED), self.best["status"])
-        self.finished = self.status in FINISHED
+
+    @property
+    def finished(self):
+        return self.status in FINISHED
 
     def __getitem__(self, name):
         return self.best[name]
@@ -44,9 +49,9 @@ class Result:
         survivors, count = self.best["survivors"], self.best["triangles_a"]
         return math.nan if survivors is None or not count else 1 - survivors / count
 
-    def is_wrong(self, certified=None):
-        """Whether the interval is none, or does not meet the reference's, without one that of `certified`, a result: then
-        one of them is wrong."""
+    def is_wrong(self, certified):
+        """Whether the interval is none, or does not meet the reference's, without one that of `certified`, a result or None:
+        then one of them is wrong."""
         low, high = self.best["reference_lower"], self.best["reference_upper"]
         if low is None and certified and certified.finished:
             low, high = certified["lower"], certified["upper"]
@@ -61,7 +66,8 @@ class Result:
 
 
 def select(rows):
-    """{(experiment, pair, tolerance, gate): {contender: Result}}; of each the newest program, meshes and limits."""
+    """{(experiment, pair, tolerance, gate): {contender: Result}}; of each the newest program, meshes and limits. A wrong
+    interval is a status of its own: it has not finished and takes part in no mean."""
     groups = collections.defaultdict(list)
     for row in rows:
         groups[row["experiment"], row["pair"], row["tolerance"], row["gate"], row["contender"]].append(row)
@@ -71,6 +77,9 @@ def select(rows):
         found[tuple(case)][contender] = Result(
             [row for row in group if [row[k] for k in ("program", "meshes", "limits")] == newest]
         )
+    for by_name in found.values():
+        for result in [result for result in by_name.values() if result.is_wrong(by_name.get("auto"))]:
+            result.status = WRONG
     return dict(found)
 
 

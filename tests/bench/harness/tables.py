@@ -3,8 +3,7 @@ import collections
 import statistics
 
 from . import targets, text
-from .results import height, triangles
-
+from .results import WRONG, height, triangles
 
 
 def rivals(results):
@@ -52,8 +51,7 @@ def finished(results):
     rows = []
     for tolerance in results.tolerances():
         for name in results.contenders():
-            cases = [by_name for _, _, _, by_name in results.of("pairs", tolerance) if name in by_name]
-            runs = [by_name[name] for by_name in cases]
+            runs = [by_name[name] for _, _, _, by_name in results.of("pairs", tolerance) if name in by_name]
             if not runs:
                 continue
             count = collections.Counter(run.status for run in runs if not run.finished)
@@ -66,8 +64,8 @@ def finished(results):
                     text.percent(len(done) / len(runs)),
                     count.pop("timeout", 0),
                     count.pop("memory", 0),
+                    count.pop(WRONG, 0),
                     sum(count.values()),
-                    sum(by_name[name].is_wrong(by_name.get("auto")) for by_name in cases),
                     text.seconds(statistics.geometric_mean(run.seconds for run in done)) if done else "–",
                     text.seconds(sum(run.seconds for run in done)),
                     text.percent(statistics.median(run.spread for run in done)) if done else "–",
@@ -81,8 +79,8 @@ def finished(results):
             "finished",
             "over time",
             "over memory",
-            "other end",
             "wrong intervals",
+            "other end",
             "geometric mean",
             "sum",
             "spread of repetitions",
@@ -250,7 +248,7 @@ def failures(results):
             pair,
             f"{tolerance:g}",
             f"`{name}`",
-            "wrong interval" if result.finished else result.status,
+            result.status,
             text.count(triangles(by_name)),
             f"{height(by_name):.1e}",
             time_of(by_name.get("auto")),
@@ -258,7 +256,7 @@ def failures(results):
         for tolerance in results.tolerances()
         for pair, _, _, by_name in results.of("pairs", tolerance)
         for name, result in by_name.items()
-        if not result.finished or result.is_wrong(by_name.get("auto"))
+        if not result.finished
     ]
     if not rows and results.of("pairs"):
         return "None."

@@ -3,7 +3,7 @@ import math
 import statistics
 
 from . import text
-from .results import doublings, slope, triangles
+from .results import WRONG, doublings, slope, triangles
 
 LARGE = 2000  # triangles of a pair: below, a run is mostly its start
 LONG_SECONDS = 0.05
@@ -161,7 +161,7 @@ def _growth(results):
     worst, at = max(factors)
     return [
         (
-            "doubling both meshes, most of the neighbours above 5 ms",
+            "doubling both meshes, the largest growth between neighbours above 5 ms",
             "≤ 2.2x",
             f"{text.ratio(worst)} (to {text.count(at)} triangles)",
             worst <= 2.2,
@@ -217,7 +217,7 @@ def _gate(results):
     undecided = [f"{pair} at {gate}" for pair, gate, verdict in verdicts if verdict == "undecided"]
     measured = f"{text.ratio(mean)} ({apart})" + (", wrong verdict: " + ", ".join(wrong) if wrong else ", no wrong verdict")
     if undecided:
-        measured += ", the tolerance reached first: " + ", ".join(undecided)
+        measured += ", undecided as the tolerance was reached first: " + ", ".join(undecided)
     return [
         (
             f"gates at 2h and h/2 against converging to 1e-4, {len(values)} decisions, geometric mean",
@@ -233,9 +233,9 @@ def _reference(results):
         (pair, result)
         for pair, _, _, by_name in results.of("pairs")
         for name, result in by_name.items()
-        if name.startswith("auto") and result["reference_lower"] is not None and result.finished
+        if name.startswith("auto") and result["reference_lower"] is not None and (result.finished or result.status == WRONG)
     ]
-    wrong = sorted({pair for pair, result in runs if result.is_wrong()})
+    wrong = sorted({pair for pair, result in runs if result.status == WRONG})
     return (
         [
             (

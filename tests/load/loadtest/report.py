@@ -102,7 +102,7 @@ def soak(record):
         rows.append((title, unit(growth["mean"]), f"{growth['slope'] / scale:+.3g}", f"± {growth['error'] / scale:.2g}",
                      verdict(growth["slope"], growth["error"])))  # fmt: skip
     table = text.table(("over the second half", "mean", "growth an hour (MiB, or number)", "standard error", "verdict"), rows)
-    head = (f"{run['minutes']:g} minutes, mixed pairs, {text.rounded(run['rate'])} requests a second: "
+    head = (f"{run['minutes']:g} minutes, mixed pairs, {text.rounded(run['rate'])} requests a second; in the second half "
             f"{text.count(run['accepted'])} answered, {text.count(run['refused'])} refused, neither: {_others(run)}; "
             f"p50 {_seconds(run['p50'])}, p99 {_seconds(run['p99'])}.")  # fmt: skip
     return head + "\n\n" + table
