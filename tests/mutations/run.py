@@ -72,8 +72,6 @@ MUTATIONS = [
      "const V far = within + gap.error;", "const V far = within * spread(0.25) - gap.error;"),
     ("only what lies under the first of eight triangles is looked at", "engine/bounds/patch.cpp",
      "  const Extent box = extent_of(block);\n", "  Extent box = extent_of(block);\n  box.high_x = block.high_x[0];\n"),
-    ("a triangle counts as gathered from one group to the next", "engine/bounds/patch.cpp",
-     "return seen >> kLanes == gatherings_ && ", "return "),
     ("the inner point need not be covered", "engine/bounds/patch.cpp",
      "if (result.under == Nearest::kNone) return {};", ""),
     ("a patch's bound of the clipped triangles is lost", "engine/bounds/patch.cpp",
