@@ -137,7 +137,6 @@ class Reduced(unittest.TestCase):
         self.assertEqual([round(factor, 9) for _, factor in results.doublings(points)], [2, 2])
         self.assertAlmostEqual(targets.bytes_per_triangle([(10, 1500), (20, 2500)]), 100)
 
-
     def test_an_interval_without_a_reference_is_held_against_auto(self):
         found = results.Results([row(), row(contender="other", lower=1.01, upper=1.02)])
         case = found.cases["pairs", "p", 1e-4, ""]

@@ -78,7 +78,8 @@ def select(rows):
             [row for row in group if [row[k] for k in ("program", "meshes", "limits")] == newest]
         )
     for by_name in found.values():
-        for result in [result for result in by_name.values() if result.is_wrong(by_name.get("auto"))]:
+        wrong = [result for result in by_name.values() if result.is_wrong(by_name.get("auto"))]
+        for result in wrong:  # marked when all are judged, since `auto` may be one of them
             result.status = WRONG
     return dict(found)
 
