@@ -11,7 +11,7 @@ import sys
 import tempfile
 import unittest
 
-from harness import campaign, contenders, meshes, page, paper, pairs, plan, results, rivals, store, tables, targets, text
+from harness import contenders, meshes, page, paper, pairs, plan, results, rivals, store, tables, targets, text
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ.get("MESHGAUGE_BUILD", HERE.parents[1] / "build"))
@@ -71,23 +71,6 @@ class Folder(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = pathlib.Path(temporary.name)
-
-
-class Stored(Folder):
-    def test_what_was_added_is_read_again(self):
-        added = store.Store(self.folder).open().add(row(lower=0.1, simd="avx2", user=1e-9))
-        again = store.Store(self.folder).open()
-        self.assertEqual(again.rows, [added])
-        self.assertEqual((added["lower"], added["simd"], added["user"], added["prepare"]), (0.1, "avx2", 1e-9, None))
-        self.assertIn(0, again.done()[store.key_of(added)])
-
-    def test_a_torn_line_is_dropped(self):
-        store.Store(self.folder).open().add(row())
-        with (self.folder / "runs.csv").open("a") as file:
-            file.write("pairs,q,m,au")
-        again = store.Store(self.folder).open()
-        again.add(row(pair="r"))
-        self.assertEqual([r["pair"] for r in store.Store(self.folder).open().rows], ["p", "r"])
 
 
 class Reduced(unittest.TestCase):
@@ -299,33 +282,6 @@ class Meshes(Folder):
             [(pair.name, pair.a.name, pair.b.name) for pair in found],
             [("one", "a.obj", "b.obj"), ("two", "a.stl", "b.ply.gz")],
         )
-
-
-class Launched(unittest.TestCase):
-    def launch(self, code, seconds=60, size=6 << 30):
-        limits = contenders.Limits(seconds - campaign.KILL_AFTER_SECONDS, size)
-        return campaign.launch(contenders.Programs(BUILD), [sys.executable, "-S", "-c", code], limits)
-
-    def test_it_tells_what_the_command_took(self):
-        ballast = bytearray(200 << 20)  # of this process: not to be counted
-        stdout, _, report = self.launch("print(sum(range(3000000)))")
-        self.assertEqual(
-            (stdout.strip(), report["exit"], report["signal"], report["killed"]), ("4499998500000", 0, 0, False)
-        )
-        self.assertLess(report["peak_bytes"], len(ballast) / 2)
-        self.assertGreater(report["wall_seconds"] + report["user_seconds"], 0)
-
-    def test_peak_memory(self):
-        _, _, report = self.launch("bytearray(300 << 20)")
-        self.assertGreater(report["peak_bytes"], 300 << 20)
-        self.assertLess(report["peak_bytes"], 400 << 20)
-
-    def test_limits(self):
-        _, _, report = self.launch("import time; time.sleep(60)", seconds=0.2)
-        self.assertTrue(report["killed"])
-        _, stderr, report = self.launch("bytearray(1 << 30)", size=1 << 29)
-        self.assertIn("MemoryError", stderr)
-        self.assertNotEqual(report["exit"], 0)
 
 
 class EndToEnd(Folder):

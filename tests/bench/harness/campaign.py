@@ -23,6 +23,7 @@ class Campaign:
         """A round is a list of jobs that are to be compared: each repetition runs all of them in turn."""
         progress = Progress(title, self.repetitions * sum(len(jobs) for jobs in rounds))
         for jobs in rounds:
+            self._forget_other_sessions(jobs)
             for repetition in range(self.repetitions):
                 turn = repetition % len(jobs)
                 for job in jobs[turn:] + jobs[:turn]:  # so that no contender is always the first
@@ -30,22 +31,31 @@ class Campaign:
                     progress.step(f"{job.pair.name} {job.tolerance:g} {job.contender} {job.gate}", ran)
         progress.end()
 
+    def _forget_other_sessions(self, jobs):
+        """Unless all of a round was measured in one session: from one to the next a machine's speed changes."""
+        finished = [known for known in map(self._known, jobs) if all(map(_is_done, known.values()))]
+        missing = not all(self._is_spared(job) or len(self._known(job)) >= self.repetitions for job in jobs)
+        if missing or len({row["session"] for known in finished for row in known.values()}) > 1:
+            for known in finished:
+                known.clear()
+
+    def _known(self, job):
+        return self.done.setdefault(store.key_of(self._identity(job)), {})
+
     def _run(self, job, repetition):
         """Whether anything had to be measured."""
-        identity = self._identity(job)
-        known = self.done.setdefault(store.key_of(identity), {})
-        ran = False
-        if repetition not in known and not self._is_spared(job, known):
-            known[repetition] = self.store.add({**identity, **self._measure(job), "repetition": repetition})
-            ran = True
+        known = self._known(job)
+        ran = repetition not in known and not self._is_spared(job)
+        if ran:
+            known[repetition] = self.store.add({**self._identity(job), **self._measure(job), "repetition": repetition})
         if job.series and not all(map(_is_done, known.values())):
             self.failed.add((job.series, job.contender))
         return ran
 
-    def _is_spared(self, job, known):
+    def _is_spared(self, job):
         if (job.series, job.contender) in self.failed:
             return True
-        return any(not _is_done(row) or row["seconds"] > SLOW_SECONDS for row in known.values())
+        return any(not _is_done(row) or row["seconds"] > SLOW_SECONDS for row in self._known(job).values())
 
     def _identity(self, job):
         return {
