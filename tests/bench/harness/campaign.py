@@ -23,29 +23,26 @@ class Campaign:
         """A round is a list of jobs that are to be compared: each repetition runs all of them in turn."""
         progress = Progress(title, self.repetitions * sum(len(jobs) for jobs in rounds))
         for jobs in rounds:
-            self._forget_other_sessions(jobs)
             for repetition in range(self.repetitions):
+                missing = not self._is_measured(jobs, repetition)
                 turn = repetition % len(jobs)
                 for job in jobs[turn:] + jobs[:turn]:  # so that no contender is always the first
-                    ran = self._run(job, repetition)
+                    ran = self._run(job, repetition, missing)
                     progress.step(f"{job.pair.name} {job.tolerance:g} {job.contender} {job.gate}", ran)
         progress.end()
 
-    def _forget_other_sessions(self, jobs):
-        """Unless all of a round was measured in one session: from one to the next a machine's speed changes."""
-        finished = [known for known in map(self._known, jobs) if all(map(_is_done, known.values()))]
-        missing = not all(self._is_spared(job) or len(self._known(job)) >= self.repetitions for job in jobs)
-        if missing or len({row["session"] for known in finished for row in known.values()}) > 1:
-            for known in finished:
-                known.clear()
+    def _is_measured(self, jobs, repetition):
+        """Whether all of a round was, in one session: from one to the next a machine's speed changes."""
+        rows = [self._known(job).get(repetition) for job in jobs if not self._is_spared(job)]
+        return None not in rows and len({row["session"] for row in rows}) <= 1
 
     def _known(self, job):
         return self.done.setdefault(store.key_of(self._identity(job)), {})
 
-    def _run(self, job, repetition):
+    def _run(self, job, repetition, missing):
         """Whether anything had to be measured."""
         known = self._known(job)
-        ran = repetition not in known and not self._is_spared(job)
+        ran = missing and not self._is_spared(job)
         if ran:
             known[repetition] = self.store.add({**self._identity(job), **self._measure(job), "repetition": repetition})
         if job.series and not all(map(_is_done, known.values())):

@@ -7,7 +7,7 @@ import statistics
 from .contenders import FINISHED, SAMPLED, STAGES, STRATEGIES
 
 WRONG = "wrong interval"
-NEWEST = ("program", "meshes", "limits", "session")  # of these the newest counts
+NEWEST = ("program", "meshes", "limits")  # of these the newest counts
 
 
 @dataclasses.dataclass
@@ -67,15 +67,16 @@ class Result:
 
 
 def select(rows):
-    """{(experiment, pair, tolerance, gate): {contender: Result}}; of each the newest program, meshes, limits and session. A
-    wrong interval is a status of its own: it has not finished and takes part in no mean."""
+    """{(experiment, pair, tolerance, gate): {contender: Result}}; of each the newest program, meshes and limits, and of a
+    repetition the newest run. A wrong interval is a status of its own: it has not finished and takes part in no mean."""
     groups = collections.defaultdict(list)
     for row in rows:
         groups[row["experiment"], row["pair"], row["tolerance"], row["gate"], row["contender"]].append(row)
     found = collections.defaultdict(dict)
     for (*case, contender), group in groups.items():
         newest = [group[-1][name] for name in NEWEST]
-        found[tuple(case)][contender] = Result([row for row in group if [row[name] for name in NEWEST] == newest])
+        same = {row["repetition"]: row for row in group if [row[name] for name in NEWEST] == newest}
+        found[tuple(case)][contender] = Result(list(same.values()))
     for by_name in found.values():
         wrong = [result for result in by_name.values() if result.is_wrong(by_name.get("auto"))]
         for result in wrong:  # marked when all are judged, since `auto` may be one of them
