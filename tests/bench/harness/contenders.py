@@ -62,12 +62,12 @@ class Programs:
         return self.cgal if contender == "cgal" else self.meshgauge
 
     def hash_of(self, contender):
-        if contender in self.rivals:
-            return self.rivals[contender].hash()
-        path = self.of(contender)
-        if path not in self._hashes:
-            self._hashes[path] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-        return self._hashes[path]
+        if contender not in self._hashes:
+            if contender in self.rivals:
+                self._hashes[contender] = self.rivals[contender].hash()
+            else:
+                self._hashes[contender] = hashlib.sha256(self.of(contender).read_bytes()).hexdigest()[:16]
+        return self._hashes[contender]
 
     def has(self, contender):
         return contender in self.rivals or self.of(contender).exists()
