@@ -41,15 +41,15 @@ std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept) {
   return max_kept;
 }
 
-std::uint64_t remove_over_share(
-    const std::vector<Kept>& kept, std::uint64_t max_kept, std::uint64_t most,
-    const std::function<std::uint64_t(const std::string& owner, std::uint64_t wanted)>& remove_oldest) {
+std::vector<Kept> beyond_share(const std::vector<Kept>& kept, std::uint64_t max_kept, std::uint64_t most) {
   const std::uint64_t share = share_of(kept, max_kept);
-  std::uint64_t left = most;
+  std::vector<Kept> beyond;
   for (const auto& [owner, jobs] : kept) {
-    if (jobs > share && left > 0) left -= remove_oldest(owner, std::min(jobs - share, left));
+    if (jobs <= share || most == 0) continue;
+    beyond.push_back({owner, std::min(jobs - share, most)});
+    most -= beyond.back().jobs;
   }
-  return most - left;
+  return beyond;
 }
 
 }  // namespace meshgauge::server::store

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,10 +43,7 @@ struct Kept {
 // theirs.
 std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept);
 
-// Removes what owners keep beyond their share, at most `most` jobs. `remove_oldest` removes up to `wanted` jobs of an
-// owner and returns their number. Returns the number of all.
-std::uint64_t remove_over_share(
-    const std::vector<Kept>& kept, std::uint64_t max_kept, std::uint64_t most,
-    const std::function<std::uint64_t(const std::string& owner, std::uint64_t wanted)>& remove_oldest);
+// What owners keep beyond their share, at most `most` jobs of all together.
+std::vector<Kept> beyond_share(const std::vector<Kept>& kept, std::uint64_t max_kept, std::uint64_t most);
 
 }  // namespace meshgauge::server::store

@@ -160,8 +160,14 @@ CREATE INDEX jobs_of_client ON jobs (client, batch, rank) WHERE state = 0;
 CREATE INDEX jobs_running ON jobs (client, batch) WHERE state = 1;
 )sql";
 
-constexpr const char* kSqliteSteps[] = {kSqliteFirst,  kSqliteSecond, kSqliteThird,
-                                        kSqliteFourth, kSqliteFifth,  kSqliteSixth};
+// kGoesFirst of each owner.
+constexpr const char* kSqliteSeventh = R"sql(
+DROP INDEX jobs_finished;
+CREATE INDEX jobs_finished ON jobs (owner, (worker <> '' OR tries <> 1), finished) WHERE state >= 2;
+)sql";
+
+constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThird,  kSqliteFourth,
+                                        kSqliteFifth, kSqliteSixth,  kSqliteSeventh};
 
 Error unusable_file(const Connection& connection, const std::string& why) {
   return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};

@@ -4,6 +4,15 @@
 #include "server/store/sqlite_store.h"
 
 namespace meshgauge::server::store {
+namespace {
+
+constexpr Sql kRemoveMeshes(R"sql(
+    DELETE FROM meshes
+    WHERE (owner, id) IN (SELECT owner, id FROM meshes WHERE expires <= $1 LIMIT $2)
+    RETURNING owner, id)sql");
+
+}  // namespace
+
 Result<PutMesh> SqliteStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {
   return writer_.write([&](Connection& connection) {
     if (find_mesh(connection, row.key)) {
@@ -44,17 +53,18 @@ Result<std::vector<BlobKey>> SqliteStore::sweep_meshes(TimePoint now) {
   if (!flushed && flushed.error().code != ErrorCode::storage_full) return flushed.error();
   const WriteBehind::Touches touches = flushed ? WriteBehind::Touches() : behind_.touches();
   std::vector<BlobKey> removed;
-  const auto swept = remove_in_portions([&](Connection& connection, std::int64_t most) {
-    for (const auto& [mesh, touch] : touches) {
-      if (touch.expires > now) use_mesh(connection, mesh, touch.last_used, touch.expires);
-    }
-    const auto portion = keys_of<BlobKey>(connection.query(R"sql(
-    DELETE FROM meshes
-    WHERE (owner, id) IN (SELECT owner, id FROM meshes WHERE expires <= $1 LIMIT $2)
-    RETURNING owner, id)sql",
-                                                           now, most));
-    removed.insert(removed.end(), portion.begin(), portion.end());
-    return portion.size();
+  const auto swept = remove_in_portions([&](std::int64_t most) -> Result<std::uint64_t> {
+    const auto portion = writer_.write(
+        [&](Connection& connection) {
+          for (const auto& [mesh, touch] : touches) {
+            if (touch.expires > now) use_mesh(connection, mesh, touch.last_used, touch.expires);
+          }
+          return keys_of<BlobKey>(connection.query(kRemoveMeshes, now, most));
+        },
+        Writer::Promise::removal);
+    if (!portion) return portion.error();
+    removed.insert(removed.end(), portion->begin(), portion->end());
+    return portion->size();
   });
   if (!swept) return swept.error();
   return removed;

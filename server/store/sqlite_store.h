@@ -86,8 +86,9 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
 
   Result<Done> cancel_the_rest(Moment moment);  // of batches whose cancelling was interrupted
   Result<Done> write(const WriteBehind::Batch& batch);
-  // Calls remove(connection, most) until it removes fewer than the `most` that it may; returns their sum.
-  Result<std::uint64_t> remove_in_portions(const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove);
+  // Calls remove(most) until it removes fewer than the `most` that it may; returns their sum.
+  Result<std::uint64_t> remove_in_portions(const std::function<Result<std::uint64_t>(std::int64_t most)>& remove);
+  Result<std::uint64_t> remove_beyond_share(std::uint64_t max_kept, std::int64_t most);
 
   MemorySignals signals_;
   Readers readers_;

@@ -28,30 +28,9 @@ constexpr auto kFindQueued =
 constexpr auto kGiveUpJobs = "UPDATE jobs SET" + kGiveUp + " WHERE " + kNeverRun + " RETURNING owner, id";
 constexpr auto kRemoveExpired =
     "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE " + kExpired + " LIMIT $2)";
-
-// Removes those that were given to record() first: their clients have had their answers.
-std::uint64_t remove_oldest(Connection& connection, const std::string& owner, std::uint64_t wanted) {
-  const std::uint64_t records = connection
-                                    .query(R"sql(
-    DELETE FROM jobs
-    WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = $1 AND worker = '' AND tries = 1
-                     ORDER BY finished, number LIMIT $2))sql",
-                                           owner, wanted)
-                                    .run();
-  if (records == wanted) return records;
-  return records + connection
-                       .query(R"sql(
-    DELETE FROM jobs
-    WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = $1 ORDER BY finished, number LIMIT $2))sql",
-                              owner, wanted - records)
-                       .run();
-}
-
-std::uint64_t remove_over_share(Connection& connection, std::uint64_t max_kept, std::int64_t most) {
-  return remove_over_share(
-      count_kept(connection), max_kept, static_cast<std::uint64_t>(most),
-      [&](const std::string& owner, std::uint64_t wanted) { return remove_oldest(connection, owner, wanted); });
-}
+constexpr auto kRemoveBeyondShare =
+    "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = $1 ORDER BY" + kGoesFirst +
+    " LIMIT $2)";
 
 }  // namespace
 
@@ -102,12 +81,11 @@ Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
 }
 
 Result<std::uint64_t> SqliteStore::remove_in_portions(
-    const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove) {
+    const std::function<Result<std::uint64_t>(std::int64_t most)>& remove) {
   std::uint64_t removed = 0;
   std::int64_t most = kPortion;
   while (true) {
-    Result<std::uint64_t> portion =
-        writer_.write([&](Connection& connection) { return remove(connection, most); }, Writer::Promise::removal);
+    Result<std::uint64_t> portion = remove(most);
     if (!portion && portion.error().code == ErrorCode::storage_full && most > 1) {
       most = std::max<std::int64_t>(1, most / 10);  // what fits into the reserve
       continue;
@@ -116,6 +94,21 @@ Result<std::uint64_t> SqliteStore::remove_in_portions(
     removed += *portion;
     if (*portion < static_cast<std::uint64_t>(most)) return removed;
   }
+}
+
+// Counts beside the writer: other writes do not wait for it.
+Result<std::uint64_t> SqliteStore::remove_beyond_share(std::uint64_t max_kept, std::int64_t most) {
+  const auto kept = readers_.read(count_kept<Connection>);
+  if (!kept) return kept.error();
+  const std::vector<Kept> beyond = beyond_share(*kept, max_kept, static_cast<std::uint64_t>(most));
+  if (beyond.empty()) return std::uint64_t{0};
+  return writer_.write(
+      [&](Connection& connection) {
+        std::uint64_t removed = 0;
+        for (const auto& [owner, jobs] : beyond) removed += connection.query(kRemoveBeyondShare, owner, jobs).run();
+        return removed;
+      },
+      Writer::Promise::removal);
 }
 
 Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
@@ -127,12 +120,14 @@ Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept)
       Writer::Promise::removal);
   if (!given_up) return given_up.error();
   for (const JobKey& key : *given_up) signals_.tell(Signal::Kind::changed, key);
-  Result<std::uint64_t> expired = remove_in_portions([&](Connection& connection, std::int64_t most) {
-    return connection.query(kRemoveExpired, moment.now, most).run();
+  Result<std::uint64_t> expired = remove_in_portions([&](std::int64_t most) {
+    return writer_.write(
+        [&](Connection& connection) { return connection.query(kRemoveExpired, moment.now, most).run(); },
+        Writer::Promise::removal);
   });
   if (!expired) return expired.error();
-  Result<std::uint64_t> over_cap = remove_in_portions(
-      [&](Connection& connection, std::int64_t most) { return remove_over_share(connection, max_kept, most); });
+  Result<std::uint64_t> over_cap =
+      remove_in_portions([&](std::int64_t most) { return remove_beyond_share(max_kept, most); });
   if (!over_cap) return over_cap.error();
   return SweptJobs{*expired, *over_cap, given_up->size()};
 }

@@ -62,6 +62,10 @@ inline constexpr Sql kGiveUp(R"sql(
 inline constexpr Sql kExpired(R"sql(state >= 2 AND expires <= $1
         AND NOT EXISTS (SELECT 1 FROM batch_items AS item WHERE item.owner = jobs.owner AND item.job = jobs.id))sql");
 
+// The order in which ended jobs of one owner go that keeps too many: first those of record(), whose clients have had
+// their answers, then the oldest. The index jobs_finished has it.
+inline constexpr Sql kGoesFirst(" (worker <> '' OR tries <> 1), finished, number");
+
 // A running job whose try ends without a result.
 struct Loss {
   unsigned tries = 0;  // with this one

@@ -218,7 +218,13 @@ CREATE INDEX jobs_of_client ON jobs (client, batch, rank, number) WHERE state = 
 CREATE INDEX jobs_running ON jobs (client, batch) WHERE state = 1;
 )sql";
 
-constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth, kSixth, kSeventh};
+// kGoesFirst of each owner.
+constexpr const char* kEighth = R"sql(
+DROP INDEX jobs_finished;
+CREATE INDEX jobs_finished ON jobs (owner, (worker <> '' OR tries <> 1), finished, number) WHERE state >= 2;
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth, kSixth, kSeventh, kEighth};
 
 Error unusable_database(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
 

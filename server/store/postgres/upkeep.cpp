@@ -60,22 +60,15 @@ constexpr auto delete_jobs(const Sql<kSize>& condition) {
 }
 
 constexpr auto kRemoveSomeExpired = delete_jobs(kExpired + " LIMIT $2");
-constexpr auto kRemoveRecords =
-    delete_jobs(Sql("owner = $1 AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT $2"));
-constexpr auto kRemoveOldest = delete_jobs(Sql("owner = $1 ORDER BY finished, number LIMIT $2"));
+constexpr auto kRemoveSomeBeyondShare = delete_jobs("owner = $1 ORDER BY" + kGoesFirst + " LIMIT $2");
 constexpr auto kForget = delete_jobs(Sql("owner = $1 AND id = $2"));
 
-// Removes those that were given to record() first: their clients have had their answers.
-std::uint64_t remove_oldest(PgConnection& connection, const std::string& owner, std::uint64_t wanted) {
-  const std::uint64_t records = connection.query(kRemoveRecords, owner, wanted).changed();
-  if (records == wanted) return records;
-  return records + connection.query(kRemoveOldest, owner, wanted - records).changed();
-}
-
-std::uint64_t remove_over_share(PgConnection& connection, std::uint64_t max_kept, std::int64_t most) {
-  return remove_over_share(
-      count_kept(connection), max_kept, static_cast<std::uint64_t>(most),
-      [&](const std::string& owner, std::uint64_t wanted) { return remove_oldest(connection, owner, wanted); });
+std::uint64_t remove_beyond_share(PgConnection& connection, std::uint64_t max_kept, std::int64_t most) {
+  std::uint64_t removed = 0;
+  for (const auto& [owner, jobs] : beyond_share(count_kept(connection), max_kept, static_cast<std::uint64_t>(most))) {
+    removed += connection.query(kRemoveSomeBeyondShare, owner, jobs).changed();
+  }
+  return removed;
 }
 
 }  // namespace
@@ -181,7 +174,7 @@ Result<SweptJobs> PostgresStore::sweep_jobs(Moment moment, std::uint64_t max_kep
   if (!expired) return expired.error();
   swept.expired = *expired;
   const auto over_cap = remove_in_portions(
-      [&](PgConnection& connection, std::int64_t most) { return remove_over_share(connection, max_kept, most); });
+      [&](PgConnection& connection, std::int64_t most) { return remove_beyond_share(connection, max_kept, most); });
   if (!over_cap) return over_cap.error();
   swept.over_cap = *over_cap;
   return swept;

