@@ -227,6 +227,18 @@ class Report(unittest.TestCase):
         self.assertIn("open, 10x", filled)
         self.assertEqual(report.fill(filled, self.record()), filled)
 
+    def test_what_was_not_measured_stays_on_the_page(self):
+        page = "<!-- load: loads -->\nolder\n<!-- end of load -->\n\n<!-- load: soak -->\nolder\n<!-- end of load -->\n"
+        growth = {"slope": 0.0, "error": 1.0, "mean": 2.0}
+        names = ("memory", "alone", "descriptors", "processes")
+        record = {"runs": [], "soak": self.RUN | {"minutes": 30, "growth": {name: growth for name in names}}}
+        loads, filled = report.fill(page, record).split("<!-- load: soak -->")
+        self.assertIn("older", loads)
+        self.assertNotIn("older", filled)
+        self.assertIn("none seen", filled)
+        self.assertLessEqual(max(len(line) for line in filled.splitlines() if not line.startswith("|")), 100)
+        self.assertEqual(report.fill(page, self.record()).count("older"), 1)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -8,7 +8,6 @@ import csv
 import math
 import re
 import sys
-import textwrap
 
 from . import paper, series_tables, side, store, tables, targets, text
 from .results import Results
@@ -58,8 +57,7 @@ def fill(page, made):
         if match[2] not in made:
             raise SystemExit(f"bench: docs/benchmarks.md asks for figures that nothing makes: {match[2]}")
         figures = text.with_handicap(made[match[2]]())
-        lines = (line if line.startswith("|") else textwrap.fill(line, 100) for line in figures.split("\n"))
-        return match[1] + "\n".join(lines) + "\n" + match[3]
+        return match[1] + text.wrapped(figures) + "\n" + match[3]
 
     return MARKED.sub(replace, page)
 

@@ -1,5 +1,6 @@
 """Numbers and tables as Markdown."""
 import math
+import textwrap
 
 NO_FIGURES = "*No figures: the runs that this needs were not made.*"
 
@@ -40,6 +41,11 @@ def table(header, rows):
     lines = ["| " + " | ".join(header) + " |", "|---" + "|--:" * (len(header) - 1) + "|"]
     lines += ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]
     return "\n".join(lines)
+
+
+def wrapped(figures):
+    """Lines as the docs have them: tables may be wider."""
+    return "\n".join(line if line.startswith("|") else textwrap.fill(line, 100) for line in figures.split("\n"))
 
 
 def with_handicap(figures, page=""):

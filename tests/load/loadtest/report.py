@@ -91,8 +91,7 @@ def _met(yes):
 
 
 def soak(record):
-    if not (run := record.get("soak")):
-        return text.table((), [])
+    run = record["soak"]
     units = {"memory": ("memory of all processes", _mib), "alone": ("memory of the service alone", _mib),
              "descriptors": ("descriptors", text.rounded), "processes": ("processes", text.rounded)}  # fmt: skip
     rows = []
@@ -130,8 +129,18 @@ def worst_late(record):
 MADE = {"machine": machine, "verdicts": verdicts, "loads": loads, "soak": soak}
 
 
+def measured(record):
+    """The names of what the record has figures for."""
+    return {name for name in MADE if record.get("soak" if name == "soak" else "runs")}
+
+
 def fill(page, record):
-    return MARKED.sub(lambda match: match[1] + MADE[match[2]](record) + "\n" + match[3], page)
+    """What was not measured stays as it is."""
+    def replace(match):
+        return match[1] + text.wrapped(MADE[match[2]](record)) + "\n" + match[3] if match[2] in made else match[0]
+
+    made = measured(record)
+    return MARKED.sub(replace, page)
 
 
 def render(record, out, to, page):
@@ -139,7 +148,7 @@ def render(record, out, to, page):
     filled = fill(page.read_text(), record)
     if to:
         (to / "benchmarks.md").write_text(filled)
-    (out / "load.md").write_text("\n\n".join(f"## {name}\n\n{make(record)}" for name, make in MADE.items()) + "\n")
+    (out / "load.md").write_text("\n\n".join(f"## {name}\n\n{make(record)}" for name, make in MADE.items() if name in measured(record)) + "\n")
     try:
         from . import pictures
     except ImportError:
