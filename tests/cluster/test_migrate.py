@@ -8,17 +8,19 @@ from postgres import USER, Missing, Postgres
 from processes import BINARY, ENVIRONMENT, Process, migrate
 
 SERVER = None
-NEWEST = 7
+NEWEST = 0  # the version that a new database gets
 VERBS = ("serve", "worker", "migrate")
 
 
 def setUpModule():
-    global SERVER
+    global SERVER, NEWEST
     try:
         SERVER = Postgres()
         SERVER.query("CREATE ROLE app LOGIN PASSWORD 'app'")
     except Missing as reason:
         raise unittest.SkipTest(str(reason)) from None
+    migrate(SERVER.new_database("newest"))
+    NEWEST = int(SERVER.query("SELECT version FROM meshgauge_schema", "newest"))
 
 
 def tearDownModule():
@@ -86,8 +88,8 @@ class Migrate(unittest.TestCase):
         self.query("UPDATE meshgauge_schema SET version = %d" % (NEWEST - 1))
         for verb in VERBS:
             said = self.said(verb, as_app(self.url))
-            self.assertIn("may not bring the schema from version %d to %d: " % (NEWEST - 1, NEWEST), said)
-            self.assertIn("must be owner of table jobs. Run `meshgauge migrate` as the role that owns the tables", said)
+            self.assertIn("may not bring the schema from version %d to %d: must be owner of " % (NEWEST - 1, NEWEST), said)
+            self.assertIn(". Run `meshgauge migrate` as the role that owns the tables", said)
 
     def test_a_schema_that_is_newer_than_the_program(self):
         migrate(self.url)
