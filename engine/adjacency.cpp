@@ -68,17 +68,24 @@ struct Files {
   LargeArray<Filed> entries;
 };
 
-bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, const Interrupted& interrupted,
-                       Files& files) {
+// Each thread goes over all triangles and files under its share of the vertices. False: interrupted.
+bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, ThreadPool& pool,
+                       const Interrupted& interrupted, Files& files) {
+  const std::size_t share = vertex.size() / pool.size() + 1;
   const auto for_each = [&](auto&& visit) {
-    const auto of_triangle = [=, triangles = mesh.triangles, first = vertex.data()](std::uint32_t t) {
-      const std::array corners{first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
-      for (std::uint32_t i = 0; i < 3; ++i) {
-        const std::uint32_t a = corners[i], b = corners[(i + 1) % 3];
-        visit(std::min(a, b), Filed{std::max(a, b), 3 * t + i});
-      }
-    };
-    return each_unless(interrupted, mesh.triangles.size(), of_triangle, kAskEvery);
+    std::atomic<bool> complete{true};
+    pool.run(pool.size(), [&](std::size_t, std::size_t s) {
+      const std::size_t begin = s * share;
+      const auto of_triangle = [=, triangles = mesh.triangles, first = vertex.data()](std::uint32_t t) {
+        const std::array corners{first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
+        for (std::uint32_t i = 0; i < 3; ++i) {
+          const std::uint32_t a = corners[i], b = corners[(i + 1) % 3], lower = std::min(a, b);
+          if (lower - begin < share) visit(lower, Filed{std::max(a, b), 3 * t + i});
+        }
+      };
+      if (!each_unless(interrupted, mesh.triangles.size(), of_triangle, kAskEvery)) complete = false;
+    });
+    return complete.load();
   };
   files.begin.assign(vertex.size() + 2, 0);
   files.entries.resize(3 * mesh.triangles.size());
@@ -119,7 +126,7 @@ Adjacency::Adjacency(MeshView mesh, ThreadPool& pool, const Interrupted& interru
     : next_(3 * mesh.triangles.size()) {
   LargeArray<std::uint32_t> vertex;
   Files files;
-  if (!weld(mesh, pool, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
+  if (!weld(mesh, pool, interrupted, vertex) || !file_by_lower_end(mesh, vertex, pool, interrupted, files)) return;
   complete_ = each_range(interrupted, mesh.positions.size(), kRange, pool, [&](std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {
       link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_.data());

@@ -56,8 +56,8 @@ Longest longest_edge(const Piece& piece) {
   return best;
 }
 
-// One thread's state in the bisection.
-class Bisector {
+// One thread's state in the bisection. No two share a cache line, which both would write.
+class alignas(64) Bisector {
  public:
   explicit Bisector(Search& search)
       : worker_(search),

@@ -5,13 +5,15 @@
 
 #include "engine/bvh_split.h"
 #include "engine/kernels/flat.h"
+#include "engine/mesh_index.h"
 #include "engine/rounding.h"
 
 namespace meshgauge {
 namespace {
 
 constexpr std::size_t kBlocksATask = 512;                   // about 0.2 ms
-constexpr std::size_t kNodesACheck = std::size_t{1} << 13;  // about 2 ms
+constexpr std::size_t kNodesACheck = std::size_t{1} << 13;  // about 0.5 ms
+constexpr std::size_t kNodesATask = 512;                    // about 0.1 ms
 
 // Stores a box on one axis as offsets from `origin` in single precision, widened by `pad`: rounding.h R6.
 void store_offsets(const Box& box, int axis, double origin, double pad, WideNode& node, std::size_t lane) {
@@ -30,7 +32,7 @@ Bvh::Bvh(MeshView mesh, const Kernels& kernels, Control& control, ThreadPool& po
   const std::vector<Box> block_boxes = prepare_blocks(control, pool);
   if (block_boxes.empty()) return;
   nodes_ = split_wide(block_boxes, control, pool);
-  if (!fit_boxes(block_boxes, control)) nodes_.clear();
+  if (!fit_boxes(block_boxes, control, pool)) nodes_.clear();
 }
 
 // Returns the boxes of the blocks. Empty: interrupted.
@@ -65,34 +67,36 @@ std::vector<Box> Bvh::prepare_blocks(Control& control, ThreadPool& pool) {
   return boxes;
 }
 
-// Bottom up: children come after their parent in nodes_. False: interrupted.
-bool Bvh::fit_boxes(std::span<const Box> block_boxes, Control& control) {
+// False: interrupted.
+bool Bvh::fit_boxes(std::span<const Box> block_boxes, Control& control, ThreadPool& pool) {
   std::vector<Box> node_boxes(nodes_.size());
-  for (std::size_t n = nodes_.size(); n-- > 0;) {
+  const auto box_of = [&](std::uint32_t child) -> const Box& {
+    return child & WideNode::kLeaf ? block_boxes[child & ~WideNode::kLeaf] : node_boxes[child];
+  };
+  for (std::size_t n = nodes_.size(); n-- > 0;) {  // bottom up: children come after their parent
     if (n % kNodesACheck == kNodesACheck - 1 && control.check() != Interruption::none) return false;
-    WideNode& node = nodes_[n];
-    std::array<const Box*, kLanes> boxes{};
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const std::uint32_t child = node.child[lane];
-      if (child == WideNode::kNone) continue;
-      boxes[lane] = child & WideNode::kLeaf ? &block_boxes[child & ~WideNode::kLeaf] : &node_boxes[child];
-      node_boxes[n].extend(*boxes[lane]);
+    for (const std::uint32_t child : nodes_[n].child) {
+      if (child != WideNode::kNone) node_boxes[n].extend(box_of(child));
     }
-    const Vec3 origin = (node_boxes[n].low + node_boxes[n].high) * 0.5;
-    const Vec3 reach = (node_boxes[n].high - origin).cwiseMax(origin - node_boxes[n].low);
+  }
+  const auto fit = [&](WideNode& node, const Box& box) {
+    const Vec3 origin = (box.low + box.high) * 0.5;
+    const Vec3 reach = (box.high - origin).cwiseMax(origin - box.low);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (!boxes[lane]) {
+      if (node.child[lane] == WideNode::kNone) {
         store_empty(node, lane);
         continue;
       }
-      for (int k = 0; k < 3; ++k) {
-        store_offsets(*boxes[lane], k, origin[k], rounding::kOffsetPad * reach[k], node, lane);
-      }
+      const Box& child = box_of(node.child[lane]);
+      for (int k = 0; k < 3; ++k) store_offsets(child, k, origin[k], rounding::kOffsetPad * reach[k], node, lane);
     }
     for (int k = 0; k < 3; ++k) node.origin[k] = origin[k];
     node.reach = rounding::float_up(reach.maxCoeff());
-  }
-  return true;
+  };
+  const Interrupted interrupted = [&control] { return control.check() != Interruption::none; };
+  return each_range(interrupted, nodes_.size(), kNodesATask, pool, [&](std::size_t first, std::size_t last) {
+    for (std::size_t n = first; n < last; ++n) fit(nodes_[n], node_boxes[n]);
+  });
 }
 
 // The offsets are rounded outwards, and addition rounds monotonically: the box holds every coordinate below it.

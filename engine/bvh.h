@@ -57,7 +57,7 @@ class Bvh {
 
  private:
   std::vector<Box> prepare_blocks(Control& control, ThreadPool& pool);
-  bool fit_boxes(std::span<const Box> block_boxes, Control& control);
+  bool fit_boxes(std::span<const Box> block_boxes, Control& control, ThreadPool& pool);
 
   MeshView mesh_;
   const Kernels* kernels_;

@@ -26,14 +26,4 @@ double add_up(double a, double b) { return up(a + b); }
 
 double subtract_down(double a, double b) { return std::max(0.0, down(a - b)); }
 
-float float_up(double x) {
-  const auto f = static_cast<float>(x);
-  return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
-}
-
-float float_down(double x) {
-  const auto f = static_cast<float>(x);
-  return static_cast<double>(f) > x ? std::nextafter(f, -std::numeric_limits<float>::infinity()) : f;
-}
-
 }  // namespace meshgauge::rounding

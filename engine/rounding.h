@@ -159,6 +159,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -274,7 +275,11 @@ double add_up(double a, double b);
 double subtract_down(double a, double b);
 
 // Return the nearest float >= x and the nearest float <= x. Precondition: |x| is below the largest float.
-float float_up(double x);
-float float_down(double x);
+inline float float_up(double x) {
+  const auto f = static_cast<float>(x);
+  const auto bits = std::bit_cast<std::uint32_t>(f);
+  return std::bit_cast<float>(bits + (static_cast<double>(f) < x ? 1 - 2 * (bits >> 31) : 0));  // away from 0 is +1
+}
+inline float float_down(double x) { return -float_up(-x); }
 
 }  // namespace meshgauge::rounding

@@ -78,8 +78,18 @@ class Hints {
   std::ptrdiff_t size_ = 0;
 };
 
-// One thread's state in the sweep.
-struct Sweeper {
+// What attempts have shown.
+struct Experience {
+  Record guesses;           // attempts with triangles of B that need no query
+  Record patches{1, 4};     // attempts with the patch certificate, by block
+  Record centroids{0.25F};  // attempts with the triangle nearest to the centroid
+  Record overlays;          // attempts with the overlay bound
+  Record twins;             // attempts with the triangle of the same number
+  Record successors;        // attempts with the triangle after `last`
+};
+
+// One thread's state in the sweep. No two share a cache line, which both would write.
+struct alignas(64) Sweeper : Experience {
   SearchWorker worker;
   std::optional<Overlay> overlay;
   std::optional<Patch> patch;
@@ -87,12 +97,6 @@ struct Sweeper {
   std::size_t guessed = 0;              // triangles of A for which guesses were tried
   std::size_t uncertified = 0;          // of those, the ones that no guess culled
   std::vector<std::uint32_t> left;      // triangles of the block that are not culled yet
-  Record guesses;                       // attempts with triangles of B that need no query
-  Record patches{1, 4};                 // attempts with the patch certificate, by block
-  Record centroids{0.25F};              // attempts with the triangle nearest to the centroid
-  Record overlays;                      // attempts with the overlay bound
-  Record twins;                         // attempts with the triangle of the same number
-  Record successors;                    // attempts with the triangle after `last`
 
   explicit Sweeper(Search& search) : worker(search) {}
 };

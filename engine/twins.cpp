@@ -11,6 +11,7 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kSample = 64;  // triangles
+constexpr std::size_t kRoomy = 16;   // as a table for so many keys: most of it is empty, and a look mostly ends there
 constexpr std::size_t kFewOf = 64;   // a smaller part of a mesh is not worth an array over the whole of the other one
 
 bool holds(const Box& box, const Vec3& p) {
@@ -19,7 +20,7 @@ bool holds(const Box& box, const Vec3& p) {
 
 // Returns for each point whether it is a position of `to`. Empty: interrupted.
 std::vector<bool> are_positions(std::span<const Vec3> points, MeshView to, const Interrupted& interrupted) {
-  IndexTable table(points.size());
+  IndexTable table(kRoomy * points.size());
   std::vector<std::uint32_t> first_equal(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const auto is_equal = [&](std::uint32_t j) { return points[j] == points[i]; };

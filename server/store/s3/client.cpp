@@ -7,6 +7,7 @@
 #include <random>
 #include <thread>
 
+#include "api/digest.h"
 #include "server/store/s3/signature.h"
 
 namespace meshgauge::server::store {
