@@ -71,7 +71,7 @@ class Sweep {
       }
       if (overlay_pays(probed)) adopt_overlay();
       if (begin > 0 && !std::exchange(probed, true) && probe(begin)) adopt_patch();
-      const std::size_t size = probed ? round : std::min(round, 1 + blocks_.size() / kBlocksBeforeProbe);
+      const std::size_t size = probed ? round : std::min(kBlocksARound, 1 + blocks_.size() / kBlocksBeforeProbe);
       const std::size_t end = std::min(begin + size, blocks_.size());
       run_tasks(end - begin, [&](Sweeper& sweeper, std::size_t i) { visit(sweeper, blocks_[begin + i]); });
     }
@@ -87,8 +87,6 @@ class Sweep {
   // frequent.
   template <class Work>
   void run_tasks(std::size_t count, Work&& work) {
-    const Experience& known = sweepers_.front();  // all go on with it: a thread alone learns in hundreds of triangles
-    for (Sweeper& sweeper : sweepers_) static_cast<Experience&>(sweeper) = known;
     const auto task = [&](std::size_t w, std::size_t i) {
       if (sweepers_[w].worker.work().triangle_tests < kTestsARound) work(sweepers_[w], i);
     };
@@ -98,6 +96,7 @@ class Sweep {
       search_.pool().run(count, task);
     }
     for (Sweeper& sweeper : sweepers_) search_.absorb(sweeper.worker);
+    share(most_experienced(sweepers_), sweepers_);
   }
 
   // Bounds each block's box by eq. 4/5 and measures one of its vertices, which gives most of the final lower bound.
@@ -160,6 +159,7 @@ class Sweep {
         if (!probed(sweepers_[0], static_cast<std::uint32_t>(t))) ++failed;
       }
     }
+    share(sweepers_.front(), sweepers_);
     const auto [guessed, uncertified] = guesses();
     if (tried == 0 || guessed == 0) return false;
     const std::size_t expected =

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
@@ -100,5 +101,15 @@ struct alignas(64) Sweeper : Experience {
 
   explicit Sweeper(Search& search) : worker(search) {}
 };
+
+inline const Sweeper& most_experienced(const std::deque<Sweeper>& sweepers) {
+  return *std::max_element(sweepers.begin(), sweepers.end(),
+                           [](const Sweeper& x, const Sweeper& y) { return x.guessed < y.guessed; });
+}
+
+// Lets all threads go on with this experience: to learn the same takes each of them hundreds of triangles.
+inline void share(const Experience& known, std::deque<Sweeper>& sweepers) {
+  for (Sweeper& sweeper : sweepers) static_cast<Experience&>(sweeper) = known;
+}
 
 }  // namespace meshgauge

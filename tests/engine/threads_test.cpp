@@ -58,6 +58,34 @@ TEST_CASE("threads: the intervals of any number of threads meet and converge") {
   }
 }
 
+// Few bounds but the twin's cull here, and each thread would have to find that out by itself.
+TEST_CASE("threads: what attempts have shown is learnt once") {
+  const auto torus = [](double phase, double shift) {
+    constexpr std::uint32_t kAlong = 356, kAcross = kAlong / 2;
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < kAlong * kAcross; ++i) {
+      constexpr double kTurn = 6.283185307179586;
+      const double u = kTurn * (i / kAcross + shift) / kAlong, v = kTurn * (i % kAcross + shift) / kAcross;
+      const double radius = 0.4 * (1 + 0.05 * std::sin(7 * u + phase) * std::cos(5 * v));
+      mesh.positions.emplace_back((1 + radius * std::cos(v)) * std::cos(u), (1 + radius * std::cos(v)) * std::sin(u),
+                                  radius * std::sin(v));
+      const auto at = [&](std::uint32_t x, std::uint32_t y) {
+        return (i / kAcross + x) % kAlong * kAcross + (i + y) % kAcross;
+      };
+      mesh.triangles.push_back({at(0, 0), at(1, 0), at(1, 1)});
+      mesh.triangles.push_back({at(0, 0), at(1, 1), at(0, 1)});
+    }
+    return mesh;
+  };
+  Setup setup;
+  setup.a = torus(0, 0);
+  setup.b = torus(0.2, 0.5);
+  setup.options.tolerance = {std::nullopt, 1e-4, std::nullopt};
+  const std::size_t alone = setup.run(1).a_to_b->culling.survivors;
+  CHECK(alone > 0);
+  for (const unsigned threads : kThreads) CHECK(setup.run(threads).a_to_b->culling.survivors < alone + alone / 4);
+}
+
 TEST_CASE("threads: one thread gives the same bits every time, on every instruction set") {
   Setup setup;
   const Outcome first = setup.run(1);
