@@ -277,8 +277,8 @@ double subtract_down(double a, double b);
 // Return the nearest float >= x and the nearest float <= x. Precondition: |x| is below the largest float.
 inline float float_up(double x) {
   const auto f = static_cast<float>(x);
-  const auto bits = std::bit_cast<std::uint32_t>(f);
-  return std::bit_cast<float>(bits + (static_cast<double>(f) < x ? 1 - 2 * (bits >> 31) : 0));  // away from 0 is +1
+  const auto bits = std::bit_cast<std::uint32_t>(f);  // the next larger float has one more, or one less if f < 0
+  return std::bit_cast<float>(bits + (static_cast<double>(f) < x ? 1 - 2 * (bits >> 31) : 0));
 }
 inline float float_down(double x) { return -float_up(-x); }
 

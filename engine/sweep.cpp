@@ -159,7 +159,7 @@ class Sweep {
         if (!probed(sweepers_[0], static_cast<std::uint32_t>(t))) ++failed;
       }
     }
-    share(sweepers_.front(), sweepers_);
+    share(sweepers_.front(), sweepers_);  // which has tried them
     const auto [guessed, uncertified] = guesses();
     if (tried == 0 || guessed == 0) return false;
     const std::size_t expected =

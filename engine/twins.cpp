@@ -11,7 +11,7 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kSample = 64;  // triangles
-constexpr std::size_t kRoomy = 16;   // as a table for so many keys: most of it is empty, and a look mostly ends there
+constexpr std::size_t kRoomy = 16;   // times the room that the sample needs: a search mostly meets an empty place
 constexpr std::size_t kFewOf = 64;   // a smaller part of a mesh is not worth an array over the whole of the other one
 
 bool holds(const Box& box, const Vec3& p) {

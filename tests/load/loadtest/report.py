@@ -129,18 +129,15 @@ def worst_late(record):
 MADE = {"machine": machine, "verdicts": verdicts, "loads": loads, "soak": soak}
 
 
-def measured(record):
-    """The names of what the record has figures for."""
-    return {name for name in MADE if record.get("soak" if name == "soak" else "runs")}
+def sections(record):
+    """What was measured, by its name on the page."""
+    return {name: make(record) for name, make in MADE.items() if record.get("soak" if name == "soak" else "runs")}
 
 
 def fill(page, record):
     """What was not measured stays as it is."""
-    def replace(match):
-        return match[1] + text.wrapped(MADE[match[2]](record)) + "\n" + match[3] if match[2] in made else match[0]
-
-    made = measured(record)
-    return MARKED.sub(replace, page)
+    made = sections(record)
+    return MARKED.sub(lambda m: m[1] + text.wrapped(made[m[2]]) + "\n" + m[3] if m[2] in made else m[0], page)
 
 
 def render(record, out, to, page):
@@ -148,7 +145,7 @@ def render(record, out, to, page):
     filled = fill(page.read_text(), record)
     if to:
         (to / "benchmarks.md").write_text(filled)
-    (out / "load.md").write_text("\n\n".join(f"## {name}\n\n{make(record)}" for name, make in MADE.items() if name in measured(record)) + "\n")
+    (out / "load.md").write_text("\n\n".join(f"## {name}\n\n{made}" for name, made in sections(record).items()) + "\n")
     try:
         from . import pictures
     except ImportError:
