@@ -23,6 +23,16 @@ struct Hashes {
   std::size_t share_of(std::size_t v) const { return ((of_position[v] >> 32) * counts.size()) >> 32; }
 };
 
+// Calls work(share) on all threads, once for each of as many shares. False: one of them was interrupted.
+template <class Work>
+bool each_share(ThreadPool& pool, const Work& work) {
+  std::atomic<bool> complete{true};
+  pool.run(pool.size(), [&](std::size_t, std::size_t share) {
+    if (!work(share)) complete = false;
+  });
+  return complete;
+}
+
 bool hash_positions(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Hashes& hashes) {
   hashes.of_position.resize(mesh.positions.size());
   return each_range(interrupted, mesh.positions.size(), kRange, pool, [&](std::size_t first, std::size_t last) {
@@ -41,8 +51,7 @@ bool weld(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Large
   if (!hash_positions(mesh, pool, interrupted, hashes)) return false;
   const std::span<const Vec3> positions = mesh.positions;
   vertex.resize(positions.size());
-  std::atomic<bool> complete{true};
-  pool.run(pool.size(), [&](std::size_t, std::size_t share) {
+  return each_share(pool, [&](std::size_t share) {
     IndexTable table(hashes.counts[share]);
     const auto find = [&](std::uint32_t v) {
       if (hashes.share_of(v) != share) return;
@@ -50,9 +59,8 @@ bool weld(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Large
           table.find_or_store(hashes.of_position[v], v, [&](std::uint32_t u) { return positions[u] == positions[v]; });
       vertex[v] = seen == kNone ? v : seen;
     };
-    if (!each_unless(interrupted, positions.size(), find, kAskEvery)) complete = false;
+    return each_unless(interrupted, positions.size(), find, kAskEvery);
   });
-  return complete;
 }
 
 // A half-edge in the list of the lower of its two welded ends.
@@ -71,21 +79,19 @@ struct Files {
 // Each thread goes over all triangles and files under its share of the vertices. False: interrupted.
 bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, ThreadPool& pool,
                        const Interrupted& interrupted, Files& files) {
-  const std::size_t share = vertex.size() / pool.size() + 1;
+  const std::size_t size = vertex.size() / pool.size() + 1;
   const auto for_each = [&](auto&& visit) {
-    std::atomic<bool> complete{true};
-    pool.run(pool.size(), [&](std::size_t, std::size_t s) {
-      const std::size_t begin = s * share;
+    return each_share(pool, [&](std::size_t share) {
+      const std::size_t begin = share * size;
       const auto of_triangle = [=, triangles = mesh.triangles, first = vertex.data()](std::uint32_t t) {
         const std::array corners{first[triangles[t][0]], first[triangles[t][1]], first[triangles[t][2]]};
         for (std::uint32_t i = 0; i < 3; ++i) {
           const std::uint32_t a = corners[i], b = corners[(i + 1) % 3], lower = std::min(a, b);
-          if (lower - begin < share) visit(lower, Filed{std::max(a, b), 3 * t + i});
+          if (lower - begin < size) visit(lower, Filed{std::max(a, b), 3 * t + i});
         }
       };
-      if (!each_unless(interrupted, mesh.triangles.size(), of_triangle, kAskEvery)) complete = false;
+      return each_unless(interrupted, mesh.triangles.size(), of_triangle, kAskEvery);
     });
-    return complete.load();
   };
   files.begin.assign(vertex.size() + 2, 0);
   files.entries.resize(3 * mesh.triangles.size());

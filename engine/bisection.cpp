@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::size_t kSettled = 256;       // pieces without a new lower bound, after which the search goes depth first
 constexpr std::size_t kMaxVisits = 64;      // limit of the triangles of B over one piece
+constexpr std::size_t kTogether = 16;       // pieces for each thread that are treated at once until then
+constexpr std::size_t kWorthThreads = 256;  // waiting pieces from which on they are
 constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting or split below which no adjacency is made for the overlay
 constexpr std::size_t kAdjacencyShare = 256;  // triangles of B whose adjacency costs as much as one such piece
 constexpr int kCutParts = 64;                 // of a piece in a thorough owner cut
@@ -173,41 +175,51 @@ class Bisection {
   }
 
  private:
-  // Treats the piece with the largest bound, one at a time, until the lower bound has settled.
+  // Treats the pieces with the largest bounds until the lower bound has settled.
   std::optional<Stop> best_first() {
     std::size_t since_rise = 0;
     double last_lower = search_.lower();
     while (!search_.empty() && since_rise <= kSettled) {
       if (const auto stop = reason_to_stop()) return stop;
       if (overlay_pays()) adopt_overlay();
-      bisectors_[0].treat(search_.pop());
-      search_.absorb(bisectors_[0].worker());
-      since_rise = search_.lower() > last_lower ? 0 : since_rise + 1;
+      const std::size_t treated = round(together(), 1, 1);
+      since_rise = search_.lower() > last_lower ? 0 : since_rise + treated;
       last_lower = search_.lower();
     }
     return std::nullopt;
   }
 
-  // Works in rounds. A round hands some of the waiting pieces to the threads and takes back what is left of them.
   std::optional<Stop> depth_first() {
-    std::vector<Piece> taken;
     while (!search_.empty()) {
       if (const auto stop = reason_to_stop()) return stop;
       if (overlay_pays()) adopt_overlay();
-      taken.clear();
-      const std::uint64_t left = search_.work_items_left();  // limits the steps of this round
-      const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(
-          {search_.waiting(), search_.pool().size() * kTasksARound * kPiecesATask, std::max<std::uint64_t>(left, 1)}));
-      for (std::size_t i = 0; i < count; ++i) taken.push_back(search_.pop());
-      const std::size_t tasks = 1 + (count - 1) / kPiecesATask;
-      const auto steps = static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, kStepsATask));
-      search_.pool().run(tasks, [&](std::size_t w, std::size_t task) {
-        const std::size_t begin = task * kPiecesATask;
-        work_at(bisectors_[w], std::span(taken).subspan(begin, std::min(kPiecesATask, count - begin)), steps);
-      });
-      for (Bisector& bisector : bisectors_) search_.absorb(bisector.worker());
+      round(search_.pool().size() * kTasksARound * kPiecesATask, kPiecesATask, kStepsATask);
     }
     return std::nullopt;
+  }
+
+  // How many pieces are treated before the bounds are looked at again: with one thread, each for itself.
+  std::size_t together() const {
+    const std::size_t threads = search_.pool().size();
+    return threads == 1 || search_.waiting() < kWorthThreads ? 1 : threads * kTogether;
+  }
+
+  // Hands up to `most` of the waiting pieces to the threads, `a_task` in a task of at most so many `steps`, and takes
+  // back what is left of them. Returns how many it has handed out.
+  std::size_t round(std::size_t most, std::size_t a_task, std::size_t steps) {
+    const std::uint64_t left = search_.work_items_left();  // limits the steps of this round
+    const std::size_t count =
+        static_cast<std::size_t>(std::min<std::uint64_t>({search_.waiting(), most, std::max<std::uint64_t>(left, 1)}));
+    taken_.clear();
+    for (std::size_t i = 0; i < count; ++i) taken_.push_back(search_.pop());
+    const std::size_t tasks = 1 + (count - 1) / a_task;
+    const auto steps_left = static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, steps));
+    search_.pool().run(tasks, [&](std::size_t w, std::size_t task) {
+      const std::size_t begin = task * a_task;
+      work_at(bisectors_[w], std::span(taken_).subspan(begin, std::min(a_task, count - begin)), steps_left);
+    });
+    for (Bisector& bisector : bisectors_) search_.absorb(bisector.worker());
+    return count;
   }
 
   // Treats the pieces depth first, `steps` steps at most. What is left stays in the worker for absorb().
@@ -241,6 +253,7 @@ class Bisection {
 
   Search& search_;
   std::deque<Bisector> bisectors_;  // one for each thread
+  std::vector<Piece> taken_;        // by the threads, in this round
 };
 
 }  // namespace

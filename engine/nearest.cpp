@@ -49,13 +49,13 @@ double certified_distance_below(const std::array<Vec3, 3>& corners, const Prepar
 }  // namespace
 
 Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint,
-                const Interrupted* stop) {
+                const Interrupted* stop, double enough) {
   Closest best{std::numeric_limits<double>::infinity(), Nearest::kNone};
   if (hint != Nearest::kNone) {
     ++triangle_tests;
     best = {(p - closest_point(tree.prepared(hint), p)).squaredNorm(), hint};
   }
-  Polling polling(stop, triangle_tests);
+  Polling polling(stop, triangle_tests, enough > 0 ? enough * enough : 0);
   best = tree.kernels().nearest(tree.view(), p.data(), best, triangle_tests, polling);
   const Vec3 point = closest_point(tree.prepared(best.slot), p);
   return {(p - point).norm(), best.slot, point, !polling.stopped()};

@@ -24,9 +24,10 @@ struct Nearest {
 // Returns the point of the tree's mesh closest to p. Its distance is never below d(p, mesh) by more than
 // rounding::kDistanceSlack + tree.residual(), and in practice not above it by more either. p lies in the unit frame.
 // Adds the number of computed point-triangle distances to `triangle_tests`. `hint`: a triangle that may be near, which
-// saves entering most of the tree. `stop`: polled about every 0.1 ms; null: never. Thread safe.
+// saves entering most of the tree. `stop`: polled about every 0.1 ms; null: never. `enough`: at this distance the query
+// ends, with a point that may not be the nearest. Thread safe.
 Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint = Nearest::kNone,
-                const Interrupted* stop = nullptr);
+                const Interrupted* stop = nullptr, double enough = 0);
 
 // The computed distance from p to one prepared triangle: rounding.h R3.
 inline double distance(const PreparedTriangle& triangle, const Vec3& p) {

@@ -45,10 +45,10 @@ Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& go
 
 double Search::upper() const {
   double waiting = 0;
-  if (is_heap_) {
-    waiting = waiting_.empty() ? 0.0 : waiting_.front().upper;
-  } else {
+  if (is_stack_) {
     for (const Piece& piece : waiting_) waiting = std::max(waiting, piece.upper);
+  } else {
+    waiting = heap_ > 0 ? std::max(waiting_.front().upper, pushed_) : pushed_;
   }
   return std::max({lower(), dropped_, unvisited_, waiting});
 }
@@ -74,12 +74,19 @@ void Search::measure_corners(std::uint32_t triangle) {
 
 void Search::push(const Piece& piece) {
   waiting_.push_back(piece);
-  if (is_heap_) std::push_heap(waiting_.begin(), waiting_.end(), less_upper);
+  pushed_ = std::max(pushed_, piece.upper);
   work_.peak_heap = std::max(work_.peak_heap, waiting_.size());
 }
 
 Piece Search::pop() {
-  if (is_heap_) std::pop_heap(waiting_.begin(), waiting_.end(), less_upper);
+  if (!is_stack_) {
+    for (; heap_ < waiting_.size(); ++heap_) {
+      std::push_heap(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(heap_ + 1), less_upper);
+    }
+    std::pop_heap(waiting_.begin(), waiting_.end(), less_upper);
+    --heap_;
+    pushed_ = 0;
+  }
   const Piece piece = waiting_.back();
   waiting_.pop_back();
   return piece;
@@ -91,7 +98,9 @@ void Search::keep_above(double limit) {
     drop(piece.upper);
     return true;
   });
-  if (is_heap_) std::make_heap(waiting_.begin(), waiting_.end(), less_upper);
+  std::make_heap(waiting_.begin(), waiting_.end(), less_upper);
+  heap_ = waiting_.size();
+  pushed_ = 0;
 }
 
 bool Search::take_adjacency() {

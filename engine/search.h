@@ -152,13 +152,14 @@ class Search {
   // The smallest gap between the computed bounds that the search can reach.
   double unresolved_gap() const { return std::max(rounding::kSmallestGap, unresolved_ - lower()); }
 
-  // The pieces that wait for the next phase: a max-heap by upper bound, or a stack once depth_first() was called.
+  // The pieces that wait for the next phase: the one with the largest bound comes first, or the last one once
+  // depth_first() was called.
   void push(const Piece& piece);
   Piece pop();
   bool empty() const { return waiting_.empty(); }
   std::size_t waiting() const { return waiting_.size(); }
-  void depth_first() { is_heap_ = false; }
-  // Drops the pieces whose bounds are at most `limit`; a heap stays a heap.
+  void depth_first() { is_stack_ = true; }
+  // Drops the pieces whose bounds are at most `limit`.
   void keep_above(double limit);
 
   // Sets max_memory_bytes, max_work_items and the thresholds; without it there is no budget. Borrows `options`.
@@ -228,8 +229,10 @@ class Search {
   Candidate candidate_;
   std::span<const float> known_;
   std::span<float> noted_;
-  std::vector<Piece> waiting_;
-  bool is_heap_ = true;
+  std::vector<Piece> waiting_;  // a max-heap by upper bound, and then those that no pop() has sorted in yet; or a stack
+  std::size_t heap_ = 0;        // pieces in the heap
+  double pushed_ = 0;           // the largest bound of those after it
+  bool is_stack_ = false;
   Work work_;
   std::size_t survivors_ = 0;
 };

@@ -15,9 +15,8 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlocksARound = 16;  // for each thread, between two pulses: about 1 ms
-constexpr std::uint64_t kTestsARound =
-    1 << 19;  // limit of a round's point-triangle distances for each thread: about 10 ms
+constexpr std::size_t kBlocksARound = 16;        // for each thread, between two pulses: about 1 ms
+constexpr std::uint64_t kTestsARound = 1 << 19;  // limit of its point-triangle distances in a round: about 10 ms
 constexpr std::size_t kBlocksWorthThreads = 16;  // fewer blocks take less time than the start of a thread
 constexpr std::size_t kMaxVisits = 64;           // limit of the triangles of B over one of A
 constexpr std::size_t kAdjacencyShare = 8;  // triangles of B whose adjacency costs as much as one failed certificate
@@ -296,13 +295,14 @@ class Sweep {
     worker.push(piece);
   }
 
-  // Tries to cull the triangle with the triangle of B nearest to its centroid. Returns whether it did.
+  // Tries to cull the triangle with the triangle of B nearest to its centroid, or near enough. Returns whether it did.
   bool owned_by_centroid(Sweeper& sweeper, Piece& piece, const Certificate& certificate) {
     SearchWorker& worker = sweeper.worker;
     const auto& [a, b, c] = piece.corners;
-    sweeper.last =
-        nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), search_.stop(), sweeper.last)
-            .slot;
+    const Vec3 centre = (a.point + b.point + c.point) / 3;
+    const double radius = std::max({(a.point - centre).norm(), (b.point - centre).norm(), (c.point - centre).norm()});
+    const double enough = worker.cull_within_tolerance() - radius;  // a triangle of B so near to the centre culls
+    sweeper.last = nearest_corner(search_.to(), centre, worker.work(), search_.stop(), sweeper.last, enough).slot;
     piece.upper = std::min(piece.upper, certificate(sweeper.last, worker.work()));
     const bool culled = piece.upper <= worker.cull_within_tolerance();
     if (culled) sweeper.worker.drop(piece.triangle, piece.upper);

@@ -50,9 +50,9 @@ class PieceBound {
 
 // Queries the nearest triangle of a point and counts the query in `work`. `hint` and `stop`: see nearest().
 inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work, const Interrupted* stop = nullptr,
-                             std::uint32_t hint = Nearest::kNone) {
+                             std::uint32_t hint = Nearest::kNone, double enough = 0) {
   ++work.nearest_queries;
-  const Nearest found = nearest(target, p, work.triangle_tests, hint, stop);
+  const Nearest found = nearest(target, p, work.triangle_tests, hint, stop, enough);
   return {p, found.distance, found.slot, found.complete};
 }
 

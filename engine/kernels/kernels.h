@@ -29,16 +29,19 @@ struct Closest {
 // The point-triangle distances between two polls of whether to stop: some 0.1 ms of work.
 inline constexpr std::uint64_t kTestsBetweenPolls = 1 << 14;
 
-// Whether one query, which may test every triangle, must end early. Not thread safe.
+// Whether one query, which may test every triangle, ends early. Not thread safe.
 class Polling {
  public:
-  Polling() = default;  // it never ends early
-  // `tests`: the count of distances when the query begins. Borrows `stop`; null: the query never ends early.
-  Polling(const Interrupted* stop, std::uint64_t tests) : stop_(stop) {
+  Polling() = default;  // it ends only at a triangle that holds the point
+  // `tests`: the count of distances when the query begins. Borrows `stop`; null: never. `enough_sq`: the squared
+  // distance at which a triangle is near enough.
+  Polling(const Interrupted* stop, std::uint64_t tests, double enough_sq = 0) : stop_(stop), enough_sq_(enough_sq) {
     if (stop) next_ = tests + kTestsBetweenPolls;
   }
 
-  // Whether to end now, after `tests` distances.
+  // Whether to end now, after `tests` distances, the least of which is this.
+  bool poll(std::uint64_t tests, double least_sq) { return least_sq <= enough_sq_ || poll(tests); }
+  // The same, whatever the distances are.
   bool poll(std::uint64_t tests) {
     if (tests < next_) return false;
     next_ = tests + kTestsBetweenPolls;
@@ -48,6 +51,7 @@ class Polling {
 
  private:
   const Interrupted* stop_ = nullptr;
+  double enough_sq_ = 0;
   std::uint64_t next_ = ~std::uint64_t{0};
   bool stopped_ = false;
 };
@@ -61,7 +65,7 @@ struct Kernels {
 
   // Returns the triangle closest to p among those closer than `best`, or `best` itself. No triangle is closer than the
   // result by more than rounding: a box is skipped only if it is farther by rounding.h R6. Adds the number of computed
-  // point-triangle distances to `tests`. When `polling` stops it, the result is the closest triangle so far.
+  // point-triangle distances to `tests`. When `polling` ends it, the result is the closest triangle so far.
   Closest (*nearest)(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests, Polling& polling);
 
   // Returns the largest squared distance of the points from the triangle in that lane (rounding.h R3). Only the first

@@ -95,7 +95,7 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
       const double d_sq = distance_sq(flat(tree.blocks[block], lane), p[0], p[1], p[2]);
       if (d_sq < best.distance_sq) best = {d_sq, block * static_cast<std::uint32_t>(kLanes) + lane};
     }
-    return polling.poll(tests) ? kEndWalk : best.distance_sq;
+    return polling.poll(tests, best.distance_sq) ? kEndWalk : best.distance_sq;
   });
   return best;
 }

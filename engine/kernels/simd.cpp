@@ -210,7 +210,7 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
       const std::uint32_t number = entry.child & ~WideNode::kLeaf;
       tests += kLanes;
       closest_of_block(tree.blocks[number], number, p, best);
-      if (best.distance_sq == 0 || polling.poll(tests)) break;
+      if (polling.poll(tests, best.distance_sq)) break;
       limit = near_limit(best.distance_sq);
     } else {
       size = push_children(tree.nodes[entry.child], p, best.distance_sq, limit, stack, size);

@@ -46,6 +46,23 @@ TEST_CASE("nearest and its certified lower bound agree with brute force") {
   }
 }
 
+TEST_CASE("a query ends where it is near enough, and else finds the nearest") {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const Bvh tree = tree_of(shapes::sphere(60, 0.8));
+  std::uint64_t all_tests = 0, fewer_tests = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p(uniform(random), uniform(random), uniform(random));
+    const double enough = 0.3 * uniform(random);
+    const Nearest exact = nearest(tree, p, all_tests);
+    const Nearest found = nearest(tree, p, fewer_tests, Nearest::kNone, nullptr, enough);
+    CHECK(found.distance >= exact.distance);
+    CHECK((found.distance <= enough || found.distance == exact.distance));
+    CHECK(found.complete);
+  }
+  CHECK(fewer_tests < all_tests);
+}
+
 TEST_CASE("a query from any distance tests only some of the triangles") {
   for (const double size : {1.0, 1e-2, 1e-4, 1e-6}) {
     const Mesh mesh = shapes::moved(shapes::scaled(shapes::sphere(100), size / 4), {0.7, 0.7, 0.7});
