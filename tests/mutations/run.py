@@ -59,6 +59,8 @@ MUTATIONS = [
     ("a worker loses the bounds that it drops", "engine/search_worker.h",
      "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
     ("the bounds that a worker dropped are lost in absorb()", "engine/search.cpp", "  drop(worker.dropped_);\n", ""),
+    ("the pieces that the heap has not taken in do not count", "engine/search.cpp",
+     "heap_ > 0 ? std::max(waiting_.front().upper, pushed_) : pushed_", "heap_ > 0 ? waiting_.front().upper : 0"),
     ("the cull uses twice the tolerance", "engine/search.cpp",
      "lower + gap(lower, slack.to_come())", "lower + 2 * gap(lower, slack.to_come())"),
     # the patch certificate
