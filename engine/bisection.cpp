@@ -212,7 +212,7 @@ class Bisection {
         static_cast<std::size_t>(std::min<std::uint64_t>({search_.waiting(), most, std::max<std::uint64_t>(left, 1)}));
     taken_.clear();
     for (std::size_t i = 0; i < count; ++i) taken_.push_back(search_.pop());
-    const std::size_t tasks = 1 + (count - 1) / a_task;
+    const std::size_t tasks = std::max<std::size_t>((count + a_task - 1) / a_task, 1);
     const auto steps_left = static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, steps));
     search_.pool().run(tasks, [&](std::size_t w, std::size_t task) {
       const std::size_t begin = task * a_task;

@@ -25,8 +25,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Touches memory and frees it. The host of a virtual machine may have taken back what nobody used, and returns it page
-// by page as it is touched, 1 ms a MiB or more: several times what a pair takes. So the command finds it there.
+// Touches memory and frees it. The host of a virtual machine may have taken back what was not in use, and returns it
+// page by page as it is touched, 1 ms a MiB or more: several times what a pair takes. So the command finds it there.
 void fetch_memory() {
   constexpr std::size_t kBytes = std::size_t{512} << 20, kPage = 4096;
   void* const memory = mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
