@@ -15,14 +15,6 @@ constexpr std::uint32_t kNone = IndexTable::kNone;
 constexpr std::size_t kAskEvery = std::size_t{1} << 17;  // triangles or vertices, about 3 ms
 constexpr std::size_t kRange = std::size_t{1} << 12;     // vertices
 
-// The hashes of the mesh's positions. They are divided into shares, one for each thread, by their value.
-struct Hashes {
-  LargeArray<std::uint64_t> of_position;
-  std::vector<std::atomic<std::size_t>> counts;  // by share: the number of its positions
-
-  std::size_t share_of(std::size_t v) const { return ((of_position[v] >> 32) * counts.size()) >> 32; }
-};
-
 // Calls work(share) on all threads, once for each of as many shares. False: one of them was interrupted.
 template <class Work>
 bool each_share(ThreadPool& pool, const Work& work) {
@@ -32,6 +24,14 @@ bool each_share(ThreadPool& pool, const Work& work) {
   });
   return complete;
 }
+
+// The hashes of the mesh's positions. They are divided into shares, one for each thread, by their value.
+struct Hashes {
+  LargeArray<std::uint64_t> of_position;
+  std::vector<std::atomic<std::size_t>> counts;  // by share: the number of its positions
+
+  std::size_t share_of(std::size_t v) const { return ((of_position[v] >> 32) * counts.size()) >> 32; }
+};
 
 bool hash_positions(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Hashes& hashes) {
   hashes.of_position.resize(mesh.positions.size());

@@ -182,7 +182,7 @@ class Bisection {
     while (!search_.empty() && since_rise <= kSettled) {
       if (const auto stop = reason_to_stop()) return stop;
       if (overlay_pays()) adopt_overlay();
-      const std::size_t treated = round(together(), 1, 1);
+      const std::size_t treated = run_round(together(), 1, 1);
       since_rise = search_.lower() > last_lower ? 0 : since_rise + treated;
       last_lower = search_.lower();
     }
@@ -193,12 +193,12 @@ class Bisection {
     while (!search_.empty()) {
       if (const auto stop = reason_to_stop()) return stop;
       if (overlay_pays()) adopt_overlay();
-      round(search_.pool().size() * kTasksARound * kPiecesATask, kPiecesATask, kStepsATask);
+      run_round(search_.pool().size() * kTasksARound * kPiecesATask, kPiecesATask, kStepsATask);
     }
     return std::nullopt;
   }
 
-  // How many pieces are treated before the bounds are looked at again: with one thread, each for itself.
+  // How many pieces are treated before the bounds are looked at again: one, unless several threads have enough to do.
   std::size_t together() const {
     const std::size_t threads = search_.pool().size();
     return threads == 1 || search_.waiting() < kWorthThreads ? 1 : threads * kTogether;
@@ -206,7 +206,7 @@ class Bisection {
 
   // Hands up to `most` of the waiting pieces to the threads, `a_task` in a task of at most so many `steps`, and takes
   // back what is left of them. Returns how many it has handed out.
-  std::size_t round(std::size_t most, std::size_t a_task, std::size_t steps) {
+  std::size_t run_round(std::size_t most, std::size_t a_task, std::size_t steps) {
     const std::uint64_t left = search_.work_items_left();  // limits the steps of this round
     const std::size_t count =
         static_cast<std::size_t>(std::min<std::uint64_t>({search_.waiting(), most, std::max<std::uint64_t>(left, 1)}));

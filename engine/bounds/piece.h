@@ -48,7 +48,7 @@ class PieceBound {
   virtual std::size_t memory_bytes() const { return 0; }
 };
 
-// Queries the nearest triangle of a point and counts the query in `work`. `hint` and `stop`: see nearest().
+// Queries the nearest triangle of a point and counts the query in `work`. `hint`, `stop` and `enough`: see nearest().
 inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work, const Interrupted* stop = nullptr,
                              std::uint32_t hint = Nearest::kNone, double enough = 0) {
   ++work.nearest_queries;
