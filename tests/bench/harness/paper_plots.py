@@ -43,7 +43,7 @@ def speedups(results, path):
     for axis, (kind, ratios) in zip(axes, found.items()):
         points, groups = paper.by_rank(ratios)
         axis.scatter(*zip(*points), s=9, color=COLOURS["auto"])
-        axis.plot(*zip(*groups), color="red", marker="o", label="means of ten groups")
+        axis.plot(*zip(*groups), color="red", marker="o", label=f"means of {len(groups)} groups")
         axis.set(yscale="log", xlabel="pairs by vertices of A", ylabel="speed-up", title=f"four_point over triangle_set, {kind}")
         ones(axis)
         axis.legend(fontsize=7)

@@ -1,4 +1,6 @@
 """The pictures of docs/benchmarks.md, as SVG that is the same for the same figures."""
+import functools
+import itertools
 import math
 
 import matplotlib
@@ -26,6 +28,7 @@ matplotlib.rcParams.update(
 )
 COLOURS = {"auto": "#0060a8", "four_point": "#d55e00", "triangle_set": "#7a7a00", "cgal": "#7b3fa0"}
 MARKERS = {"auto": "o", "four_point": "s", "triangle_set": "^", "cgal": "D"}
+OTHER_LOOKS = itertools.cycle((("#444444", "x"), ("#009e73", "v"), ("#cc79a7", "P"), ("#8c564b", "*")))
 STAGE_COLOURS = {
     "read_a": "#bbbbbb",
     "read_b": "#888888",
@@ -36,11 +39,17 @@ STAGE_COLOURS = {
 }
 
 
+@functools.cache
+def _look(name):
+    """Colour and marker of a line; a rival gets the next of OTHER_LOOKS, and keeps them."""
+    return (COLOURS[name], MARKERS[name]) if name in COLOURS else next(OTHER_LOOKS)
+
+
 def _style(name):
-    base = name.split("@")[0].split("+")[0]
+    colour, marker = _look(name.split("@")[0].split("+")[0])
     return {
-        "color": COLOURS.get(base, "#444444"),
-        "marker": MARKERS.get(base, "x"),
+        "color": colour,
+        "marker": marker,
         "linestyle": "--" if "@" in name else "-",
         "label": name,
     }
