@@ -244,7 +244,9 @@ def figures_of_campaign(text):
 
 
 def figures_of_tests(text):
-    return "", "; ".join(dict.fromkeys(re.findall(r"^TEST CASE:  (.*)$", text, re.M)))
+    """The tests that failed; those that only print a message are left out."""
+    failed = "".join(part for part in re.split(r"^=+$", text, flags=re.M) if "ERROR: " in part)
+    return "", "; ".join(dict.fromkeys(re.findall(r"^TEST CASE:  (.*)$", failed, re.M)))
 
 
 class Tree:
