@@ -40,6 +40,16 @@ Result<ReadMesh> read_as(Format format, const Source& source) {
   return read_gltf(source, format);
 }
 
+// Nothing that is part of the surface is passed over in silence.
+Result<Done> note_unread(const ReadHints& hints, ReadMesh& read) {
+  if (read.unread.empty()) return Done{};
+  if (read.mesh.triangles.empty()) return about(hints.part, ErrorCode::unsupported_format, read.unread.refusal());
+  // In front: the remarks of a hostile file could fill the list.
+  const std::vector<std::string> remarks = read.unread.remarks();
+  read.notes.remarks.insert(read.notes.remarks.begin(), remarks.begin(), remarks.end());
+  return Done{};
+}
+
 void note_contradictions(const ReadHints& hints, ReadMesh& read) {
   const auto other = [&](std::optional<Format> said) { return said == read.format ? std::nullopt : said; };
   read.notes.filename_says = other(format_by_name(hints.filename));
@@ -55,6 +65,7 @@ Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints
   }
   auto read = read_as(*format, Source{bytes, hints.part, limits});
   if (!read) return read;
+  if (auto ok = note_unread(hints, *read); !ok) return std::move(ok).error();
   const MeshLimits mesh_limits{limits.max_vertices, limits.max_triangles};
   if (auto ok = validate(read->mesh, mesh_limits, hints.part); !ok) return std::move(ok).error();
   note_contradictions(hints, *read);

@@ -7,6 +7,7 @@
 //   * faces of more than three corners are split into triangles (api/formats/polygons.h);
 //   * degenerate triangles are kept;
 //   * a file of points alone is read as a point cloud;
+//   * what describes surface and is not read is a remark, or a refusal if there is no other surface;
 //   * nothing outside the bytes is opened.
 #pragma once
 
@@ -19,6 +20,7 @@
 #include <vector>
 
 #include "api/formats/groups.h"
+#include "api/formats/unread.h"
 #include "api/units.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
@@ -86,6 +88,7 @@ struct ReadMesh {
   Mesh mesh;
   Format format = Format::obj;
   ReadNotes notes;
+  Unread unread;  // only from a reader to read_mesh(), which makes remarks or a refusal of it
   Groups groups;
 };
 

@@ -57,6 +57,7 @@ std::size_t vertex_limit(const Source& source) {
 }
 
 Result<Done> make_cloud(const Source& source, ReadMesh& read) {
+  if (!read.unread.empty()) return Done{};
   const std::size_t points = read.mesh.positions.size();
   if (points > source.limits.max_triangles) return too_many(source, "points", source.limits.max_triangles);
   read.mesh.triangles = points_as_triangles(points);

@@ -38,8 +38,8 @@ std::string in_quotes(std::string_view text);
 Error too_many(const Source& source, std::string_view things, std::size_t limit);
 std::size_t vertex_limit(const Source& source);
 
-// Makes a point cloud of all vertices; without vertices it changes nothing. Error: too_large for more points than
-// max_triangles.
+// Makes a point cloud of all vertices; without vertices, or with surface that is not read, it changes nothing. Error:
+// too_large for more points than max_triangles.
 Result<Done> make_cloud(const Source& source, ReadMesh& read);
 
 }  // namespace meshgauge::api
