@@ -146,13 +146,6 @@ Result<std::optional<AlignOptions>> read_align(const JsonValue& value, const std
                "must be none, rigid, or an object of transform, fit, principal_axes, overlap; not " + shown(value));
 }
 
-Result<std::optional<AlignOptions>> parse_align(std::string_view text, const std::string& name) {
-  if (!text.starts_with('{')) return read_align(JsonValue(std::string(text)), name);
-  const auto document = parse_document(text, name, kMaxOptionsBytes);
-  if (!document) return refused(document.error().message, "options", document.error().where);
-  return read_align(*document, name);
-}
-
 Json json_of(const RigidMotion& motion) {
   Json rows = Json::array();
   for (int i = 0; i < 3; ++i) {

@@ -22,9 +22,6 @@ inline constexpr double kMostOffOrthonormal = 4e-6;
 // pointer, a flag or a key. Errors: invalid_request, with the pointer below `name` in Error::where.
 Result<std::optional<AlignOptions>> read_align(const nlohmann::json& value, const std::string& name);
 
-// Reads the text of a flag: a word or an object in JSON.
-Result<std::optional<AlignOptions>> parse_align(std::string_view text, const std::string& name);
-
 // The same option for another reader; read_align() of it gives `options`.
 nlohmann::ordered_json json_of(const AlignOptions& options);
 nlohmann::ordered_json json_of(const RigidMotion& motion);  // {"row_major": [16 numbers]}

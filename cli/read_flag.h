@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "api/align.h"
 #include "api/refused.h"
+#include "check/manifest/settings.h"
 #include "engine/result.h"
 
 namespace meshgauge::cli {
@@ -28,11 +28,11 @@ inline constexpr const char* kExpectHelp =
     "What the first mesh itself has to be like: '{watertight: true, triangles: {max: 20000}}'; docs/check.md";
 
 inline constexpr const char* kAlignHelp =
-    "Move A first: 'rigid' by best fit, or as '{\"transform\": {\"row_major\": [16 numbers]}}'; docs/alignment.md";
+    "Move A first: 'rigid' by best fit, or as '{transform: {row_major: [16 numbers]}}'; docs/alignment.md";
 
 inline Result<Done> set_align(const std::optional<std::string>& text, std::optional<AlignOptions>& to) {
   if (!text) return Done{};
-  const auto asked = api::parse_align(*text, "--align");
+  const auto asked = check::parse_align(*text, "--align");
   if (!asked) return asked.error();
   return to = *asked, Done{};
 }

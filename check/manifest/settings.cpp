@@ -10,6 +10,7 @@
 #include "api/formats/text.h"
 #include "api/json_filter.h"
 #include "api/names.h"
+#include "api/refused.h"
 #include "api/request.h"
 #include "check/manifest/expect_setting.h"
 #include "check/manifest/names.h"
@@ -270,6 +271,14 @@ constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"unmatched_baselines", read_unmatched_baselines}};
 
 }  // namespace
+
+Result<std::optional<AlignOptions>> parse_align(std::string_view text, const std::string& name) {
+  Mistakes mistakes;
+  const auto tree = parse_yaml(text, mistakes);
+  const auto found = std::move(mistakes).sorted();
+  if (!found.empty()) return bad_flag(name, found.front().message);
+  return api::read_align(as_json(*tree), name);
+}
 
 void refuse(const Setting& setting, const std::string& what, Mistakes& mistakes) {
   mistakes.add(setting.value.place, std::string(setting.key) + " " + what);

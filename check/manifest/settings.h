@@ -47,6 +47,9 @@ std::optional<bool> read_boolean(const Setting& setting, Mistakes& mistakes);
 // Adds mistakes about combinations of settings. Call it when all are read.
 void check_settings(const Draft& draft, Mistakes& mistakes);
 
+// Parses an alignment as the flag `name`, a word or a map as in a manifest: "{principal_axes: true}".
+Result<std::optional<AlignOptions>> parse_align(std::string_view text, const std::string& name);
+
 // Describes a node for "must be ..., not ...": "'x'", "a list", "a map", "empty".
 std::string shown(const YamlNode& node);
 

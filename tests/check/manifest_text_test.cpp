@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include "check/manifest/settings.h"
+
 using namespace meshgauge;
 using namespace meshgauge::check;
 
@@ -194,6 +196,21 @@ TEST_CASE("manifest text: an uncertainty is in the unit of the limits") {
   CHECK(gate("max_distance: 0.05 mm, uncertainty: 0.01 mm").uncertainty.max_distance == 0.01);
   CHECK(gate("max_distance: 1 %", "uncertainty: 0.1 %").uncertainty.max_diagonal_share == 0.001);
   CHECK(!gate("max_distance: 1 %").uncertainty.is_given());
+}
+
+TEST_CASE("manifest text: an alignment as a flag is a word, a map in YAML or an object in JSON") {
+  const auto parsed = [](const char* text) { return parse_align(text, "--align"); };
+  CHECK_FALSE(*parsed("none"));
+  CHECK(*parsed("rigid") == AlignOptions());
+  const AlignOptions axes{{}, true, true, 0.75};
+  CHECK(*parsed("{principal_axes: true, overlap: 0.75}") == axes);
+  CHECK(*parsed(R"({"principal_axes": true, "overlap": 7.5e-1})") == axes);
+  CHECK(*parsed("principal_axes: true\noverlap: 0.75") == axes);
+  const auto refusal = [&](const char* text) { return parsed(text).error().message; };
+  CHECK(refusal("{overlapp: 1}").starts_with("--align/overlapp is unknown"));
+  CHECK(refusal("{principal_axes: true").starts_with("--align: "));
+  CHECK(refusal("{overlap: 1, overlap: 1}").starts_with("--align: "));
+  CHECK(refusal("").find("must be none, rigid") != std::string::npos);
 }
 
 TEST_CASE("manifest text: an alignment, as the API reads it") {
