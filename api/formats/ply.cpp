@@ -22,6 +22,8 @@ class BodyReader {
         faces_(out_.mesh.triangles),
         strip_(out_.mesh.triangles) {
     out_.format = Format::ply;
+    out_.unread = layout.unread;
+    out_.notes.skipped_primitives = layout.lines;
   }
 
   Result<ReadMesh> read();
@@ -35,7 +37,9 @@ class BodyReader {
   bool in_range(std::int64_t index);
   bool within_limit();
   bool skip(const PlyProperty& property);
+  bool skip_and_count(const PlyProperty& property, std::size_t& filled);
   bool list_length(const PlyProperty& property, std::int64_t& length);
+  void add_remarks();
 
   const Source& source_;
   const PlyHeader& header_;
@@ -142,16 +146,34 @@ bool BodyReader<Values>::strips(const PlyProperty& property) {
   return true;
 }
 
+// Counts the lists that are not empty.
+template <class Values>
+bool BodyReader<Values>::skip_and_count(const PlyProperty& property, std::size_t& filled) {
+  std::int64_t length = 0;
+  if (!list_length(property, length)) return false;
+  filled += length > 0;
+  return values_.skip(property.type, static_cast<std::uint64_t>(length));
+}
+
 template <class Values>
 bool BodyReader<Values>::records(const PlyElement& element) {
+  const bool has_faces = element.name == "face" || element.name == "tristrips";
+  std::vector<std::size_t> unread(element.properties.size());
   for (std::uint64_t i = 0; i < element.count; ++i) {
-    for (const PlyProperty& property : element.properties) {
+    for (std::size_t k = 0; k < unread.size(); ++k) {
+      const PlyProperty& property = element.properties[k];
       const bool ok = &property == layout_.face_corners    ? face(property)
                       : &property == layout_.strip_corners ? strips(property)
+                      : property.is_list                   ? skip_and_count(property, unread[k])
                                                            : skip(property);
       if (!ok) return false;
     }
     if (!values_.end_record()) return false;
+  }
+  for (std::size_t k = 0; k < unread.size(); ++k) {
+    const PlyProperty& property = element.properties[k];
+    if (!has_faces || unread[k] == 0 || !may_hold_corners(property)) continue;
+    out_.unread.add("lists " + in_quotes(property.name) + " of element " + in_quotes(element.name), unread[k]);
   }
   return true;
 }
@@ -170,6 +192,18 @@ bool BodyReader<Values>::element(const PlyElement& element) {
 }
 
 template <class Values>
+void BodyReader<Values>::add_remarks() {
+  if (header_.unknown_lines != 0) {
+    out_.notes.remarks.push_back("header lines that begin with an unknown word, ignored: " +
+                                 std::to_string(header_.unknown_lines) + ", the first with " + header_.first_unknown);
+  }
+  if (const std::size_t lines = values_.longer_records(); lines != 0) {
+    out_.notes.remarks.push_back("lines with more values than the header announces, the others ignored: " +
+                                 std::to_string(lines));
+  }
+}
+
+template <class Values>
 Result<ReadMesh> BodyReader<Values>::read() {
   if (layout_.vertex->count > vertex_limit(source_)) return too_many(source_, "vertices", vertex_limit(source_));
   for (const PlyElement& next : header_.elements) {
@@ -177,10 +211,7 @@ Result<ReadMesh> BodyReader<Values>::read() {
   }
   if (!values_.end_body()) return values_.error();
   out_.notes.skipped_primitives += strip_.joins();
-  if (header_.unknown_lines != 0) {
-    out_.notes.remarks.push_back("header lines that begin with an unknown word, ignored: " +
-                                 std::to_string(header_.unknown_lines) + ", the first with " + header_.first_unknown);
-  }
+  add_remarks();
   if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
   if (out_.mesh.triangles.empty() && out_.notes.skipped_primitives == 0 && layout_.only_points) {
     if (auto ok = make_cloud(source_, out_); !ok) return std::move(ok).error();
@@ -188,22 +219,29 @@ Result<ReadMesh> BodyReader<Values>::read() {
   return std::move(out_);
 }
 
+template <class Values>
+Result<ReadMesh> read_as(const Source& source) {
+  const auto header = read_ply_header(source);
+  if (!header) return header.error();
+  const auto layout = find_layout(source, *header);
+  if (!layout) return layout.error();
+  return BodyReader<Values>(source, *header, *layout).read();
+}
+
 }  // namespace
 
 Result<ReadMesh> read_ply(const Source& source) {
   const auto header = read_ply_header(source);
   if (!header) return header.error();
-  const auto layout = find_layout(source, *header);
-  if (!layout) return layout.error();
   switch (header->encoding) {
     case PlyEncoding::ascii:
-      return BodyReader<PlyText>(source, *header, *layout).read();
+      return read_without_padding(source, read_as<PlyText>);
     case PlyEncoding::little_endian:
-      return BodyReader<PlyBytes<std::endian::little>>(source, *header, *layout).read();
+      return read_as<PlyBytes<std::endian::little>>(source);
     case PlyEncoding::big_endian:
       break;
   }
-  return BodyReader<PlyBytes<std::endian::big>>(source, *header, *layout).read();
+  return read_as<PlyBytes<std::endian::big>>(source);
 }
 
 }  // namespace meshgauge::api

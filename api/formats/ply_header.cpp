@@ -40,7 +40,7 @@ bool has_named(const auto& things, std::string_view name) {
 
 class HeaderReader {
  public:
-  explicit HeaderReader(const Source& source) : source_(source), p_(source.begin()), end_(source.end()) {}
+  explicit HeaderReader(const Source& source) : source_(source), p_(after_mark(source.text())), end_(source.end()) {}
 
   Result<PlyHeader> read();
 
@@ -74,7 +74,8 @@ bool HeaderReader::next_line() {
   if (line_end_ == end_) return false;
   p_ = line_end_ + 1;
   // If lines end with \r alone, a \n after the header belongs to the data.
-  const bool cr_only = source_.text().starts_with("ply\r") && !source_.text().starts_with("ply\r\n");
+  const std::string_view text(after_mark(source_.text()), end_);
+  const bool cr_only = text.starts_with("ply\r") && !text.starts_with("ply\r\n");
   if (*line_end_ == '\r' && p_ != end_ && *p_ == '\n' && !cr_only) ++p_;
   return true;
 }
@@ -195,8 +196,13 @@ std::size_t PlyElement::least_bytes() const {
   return bytes;
 }
 
-bool is_ply(std::string_view text) { return text.size() > 3 && text.starts_with("ply") && is_space(text[3]); }
+bool is_ply(std::string_view text) { return word_at(after_mark(text), text.data() + text.size()) == "ply"; }
 
-Result<PlyHeader> read_ply_header(const Source& source) { return HeaderReader(source).read(); }
+Result<PlyHeader> read_ply_header(const Source& source) {
+  if (is_ply(source.text())) return HeaderReader(source).read();
+  const std::string_view line(source.begin(), skip_line(source.begin(), source.end()));
+  return at_line(source, source.begin(), ErrorCode::unreadable_mesh,
+                 "PLY header: line 1 is not 'ply' but " + in_quotes(line));
+}
 
 }  // namespace meshgauge::api

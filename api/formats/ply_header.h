@@ -42,7 +42,7 @@ struct PlyHeader {
   std::string first_unknown;         // first word of the first such line, quoted for a message
 };
 
-// Returns true when the bytes begin with "ply" and a line end.
+// Returns true when the bytes begin with the word "ply", after a byte order mark or without one.
 bool is_ply(std::string_view text);
 
 // Reads the header. Ignores a line that begins with an unknown word, unless the word looks like a misspelt keyword.

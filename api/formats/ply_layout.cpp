@@ -1,6 +1,12 @@
 #include "api/formats/ply_layout.h"
 
 #include <algorithm>
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "api/formats/text.h"
 
 namespace meshgauge::api {
 namespace {
@@ -46,12 +52,54 @@ Result<const PlyProperty*> find_corners(const Source& source, const PlyElement* 
   return corners;
 }
 
-// Whether an element may join vertices: by a list, such as faces under a name that is not known, or as edges.
-bool may_join(const PlyElement& element) {
-  return element.name == "edge" || std::ranges::any_of(element.properties, &PlyProperty::is_list);
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return text;
+}
+
+bool is_one_of(std::string_view name, std::span<const std::string_view> names) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+bool has_one_of(std::string_view name, std::span<const std::string_view> words) {
+  return std::ranges::any_of(words,
+                             [name](std::string_view word) { return name.find(word) != std::string_view::npos; });
+}
+
+bool are_lines(const PlyElement& element) {
+  constexpr std::string_view kNames[] = {"edge", "edges", "line", "lines", "polyline", "polylines"};
+  return is_one_of(lower_case(element.name), kNames);
+}
+
+// Whether a property is one vertex of several: "v1", "vertex2".
+bool is_corner(const PlyProperty& property) {
+  if (property.is_list || !is_integer(property.type) || property.name.empty() || !is_digit(property.name.back())) {
+    return false;
+  }
+  const std::size_t letters = property.name.find_first_of("0123456789");
+  return is_one_of(lower_case(property.name.substr(0, letters)),
+                   std::array<std::string_view, 3>{"v", "vertex", "vertex_"});
+}
+
+// Whether an element that is not read may be surface: because of a list, which may hold corners, of its name, or of
+// three corners in properties of their own.
+bool may_be_surface(const PlyElement& element) {
+  constexpr std::string_view kOthers[] = {"camera", "cameras", "material", "materials", "texture", "textures"};
+  constexpr std::string_view kSurfaces[] = {"face", "facet", "polyg", "triang", "quad",  "tetra",
+                                            "hexa", "cell",  "strip", "fan",    "patch", "surf"};
+  const std::string name = lower_case(element.name);
+  if (element.properties.empty() || is_one_of(name, kOthers) || are_lines(element)) return false;
+  return std::ranges::any_of(element.properties, &PlyProperty::is_list) || has_one_of(name, kSurfaces) ||
+         std::ranges::count_if(element.properties, is_corner) >= 3;
 }
 
 }  // namespace
+
+bool may_hold_corners(const PlyProperty& property) {
+  constexpr std::string_view kAttributes[] = {"tex", "uv", "normal", "color", "colour", "material"};
+  return property.is_list && is_integer(property.type) && !has_one_of(lower_case(property.name), kAttributes);
+}
 
 Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
   PlyLayout layout;
@@ -65,10 +113,15 @@ Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
   if (!strips) return strips.error();
   layout.face_corners = *faces;
   layout.strip_corners = *strips;
-  layout.only_points = std::ranges::none_of(header.elements, [&](const PlyElement& element) {
-    return &element != layout.vertex && &element != face && &element != strip && may_join(element);
-  });
-  if (face != nullptr || strip != nullptr || layout.only_points) return layout;
+  layout.only_points = true;
+  for (const PlyElement& element : header.elements) {
+    if (&element == layout.vertex || &element == face || &element == strip) continue;
+    const bool lines = are_lines(element), surface = may_be_surface(element);
+    layout.only_points = layout.only_points && !lines && !surface;
+    if (lines && !element.properties.empty()) layout.lines += element.count;
+    if (surface && element.count > 0) layout.unread.add("elements " + in_quotes(element.name), element.count);
+  }
+  if (face != nullptr || strip != nullptr || layout.only_points || !layout.unread.empty()) return layout;
   return header_error(source, ErrorCode::empty_mesh, "neither an element 'face' nor 'tristrips', so no triangles");
 }
 

@@ -57,7 +57,9 @@ bool PlyText::skip(PlyType /*type*/, std::uint64_t count) {
 // Skips to the next line: one record per line. Some files have values that the header does not announce at the end of
 // their lines, where they do not shift other values.
 bool PlyText::end_record() {
-  p_ = skip_spaces(skip_line(p_, end_), end_);
+  const char* const line_end = skip_line(p_, end_);
+  longer_records_ += skip_spaces(p_, line_end) != line_end;
+  p_ = skip_spaces(line_end, end_);
   return true;
 }
 

@@ -6,6 +6,7 @@
 //   bool skip(type, count)          skips unused values
 //   bool end_record()               called after each record
 //   bool end_body()                 called after the last record
+//   size_t longer_records()         records with more values than the header announces
 //   uint64_t most_records(element)  upper bound of the records that the remaining bytes can hold
 //   bool fail(code, what)           sets error() at the last value, returns false
 //
@@ -33,6 +34,7 @@ class PlyText {
   bool skip(PlyType type, std::uint64_t count);
   bool end_record();
   bool end_body();
+  std::size_t longer_records() const { return longer_records_; }
   std::uint64_t most_records(const PlyElement& element) const;
   bool fail(ErrorCode code, const std::string& what);
   Error error() { return std::move(*error_); }
@@ -45,6 +47,7 @@ class PlyText {
   const char* last_;       // place of the last value
   std::string_view word_;  // the last value
   const char* end_;
+  std::size_t longer_records_ = 0;
   std::optional<Error> error_;
 };
 
@@ -58,6 +61,7 @@ class PlyBytes {
   bool skip(PlyType type, std::uint64_t count);
   bool end_record() { return true; }
   bool end_body();
+  std::size_t longer_records() const { return 0; }
   std::uint64_t most_records(const PlyElement& element) const { return remaining() / element.least_bytes(); }
   bool fail(ErrorCode code, const std::string& what);
   Error error() { return std::move(*error_); }

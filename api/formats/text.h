@@ -20,6 +20,11 @@ inline bool is_space(char c) { return is_blank(c) || is_newline(c) || c == '\v' 
 inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 inline bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
+// Returns the place after the byte order mark of UTF-8, if the text begins with it.
+inline const char* after_mark(std::string_view text) {
+  return text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+}
+
 inline const char* skip_blanks(const char* p, const char* end) {
   while (p != end && is_blank(*p)) ++p;
   return p;

@@ -75,15 +75,25 @@ def stl_files():
 
     not_finite = bytearray(binary_stl(2, 2))
     not_finite[84 + 12:84 + 16] = struct.pack("<f", float("inf"))
+    with_data = b"".join([bytes(80), struct.pack("<I", 2)] + [binary_stl(1, 1)[84:132] + b"\4\0data"] * 2)
+    big_endian = bytes(80) + struct.pack(">I", 2) + struct.pack(">12fH", 0, 0, 1, *sum(TRIANGLE, ()), 0) * 2
     return [
         ("ASCII: a word in place of a coordinate", stl("vertex 1 0 0", "vertex 1 0 x")),
         ("ASCII: a vertex of two coordinates", stl("vertex 1 0 0", "vertex 1 0")),
         ("ASCII: a facet of two vertices", stl("vertex 1 0 0\n", "")),
         ("ASCII: no endfacet", stl("endfacet\n", "")),
         ("ASCII: a coordinate that is infinite", stl("vertex 1 0 0", "vertex 1 inf 0")),
+        ("ASCII: a fourth vertex", stl("endloop\n", "vertex 0 0 0\nendloop\n")),
         ("ASCII: no facet", b"solid x\nendsolid x\n"),
+        ("ASCII: a comment first", b"# made by x\n" + STL.encode()),
+        ("ASCII: no 'solid'", stl("solid x\nfacet", "facet")),
+        ("text of another kind", b"Moved to another server\n"),
         ("binary: fewer facets than announced", binary_stl(3, 2)),
-        ("binary: more bytes than announced", binary_stl(1, 1, bytes(200))),
+        ("binary: more bytes than announced", binary_stl(1, 1, bytes(90))),
+        ("binary: a count of 0 over whole facets", binary_stl(0, 12)),
+        ("binary: a count too small by a facet", binary_stl(11, 12)),
+        ("binary: attribute data after facets", with_data),
+        ("binary: big-endian", big_endian),
         ("binary: cut within a facet", binary_stl(2, 2)[:-7]),
         ("binary: no facet", binary_stl(0, 0)),
         ("binary: a coordinate that is infinite", bytes(not_finite)),
@@ -109,6 +119,10 @@ def ply_files():
         ("an unknown type", ply("float y", "real y")),
         ("a count that is no number", ply("vertex 3", "vertex three")),
         ("faces under another name", ply("element face", "element polygon")),
+        ("triangles in properties of their own", text("face 1\nproperty list uchar int vertex_indices",
+                                                      "triangle 1\nproperty int a\nproperty int b\nproperty int c",
+                                                      PLY.replace("3 0 1 2", "0 1 2"))),
+        ("no 'ply' as line 1", ply("ply\n", "# a scan\n")),
         ("an element twice", ply("element face", "element vertex")),
         ("a property before any element", ply("format ascii 1.0\n", "format ascii 1.0\nproperty float x\n")),
         ("a property twice", ply("float y", "float x")),

@@ -84,9 +84,11 @@ TEST_CASE("cloud: a PLY without faces, or with none of them") {
   const std::string refused = "the PLY header of 'a': neither an element 'face' nor 'tristrips', so no triangles";
   CHECK(refusal(cloud_ply("element edge 1\nproperty int vertex1\nproperty int vertex2\n", "0 1\n"), "m.ply") ==
         refused);
-  CHECK(refusal(cloud_ply("element faces 1\n" + list, "3 0 1 2\n"), "m.ply") == refused);
+  CHECK(refusal(cloud_ply("element faces 1\n" + list, "3 0 1 2\n"), "m.ply") ==
+        "'a' has no triangles, only what is not read (elements 'faces': 1): export it as triangles");
   const std::string none = "element face 0\n" + list;
-  CHECK(code(cloud_ply(none + "element polygon 1\n" + list, "3 0 1 2\n"), "m.ply") == ErrorCode::empty_mesh);
+  CHECK(code(cloud_ply(none + "element polygon 1\n" + list, "3 0 1 2\n"), "m.ply") == ErrorCode::unsupported_format);
+  CHECK(refusal(cloud_ply("element polygon 0\n" + list), "m.ply") == refused);
   CHECK(!read(cloud_ply(none + "element face 1\n" + list, "3 0 1 2\n"), "m.ply"));
   CHECK(code(cloud_ply("element face 1\n" + list, "2 0 1\n"), "m.ply") == ErrorCode::empty_mesh);
 }

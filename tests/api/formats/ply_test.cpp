@@ -89,7 +89,7 @@ TEST_CASE("ply: line ends of the header and of the text") {
   check_ply(kLittle + "\n");
 }
 
-TEST_CASE("ply: other elements and properties are ignored") {
+TEST_CASE("ply: elements and properties that are no surface are ignored") {
   const std::string extra =
       "element camera 2\nproperty list uchar double m\nproperty short s\nelement none 4000000000\n";
   check_ply(header("ascii", extra + kVertexElement + kFaces) + "0 1\n2 nan x 5\n" + kAsciiBody);
@@ -102,6 +102,114 @@ TEST_CASE("ply: other elements and properties are ignored") {
             "0 0 7 0\n1 0 7 0\n0 1 7 0\n0 0 7 1.5 9 9 9\n3 0 1 2 255 0 0\n4 0 1 2 3\n");
   check_ply(header("ascii", replaced(kFaces, "face 2", "face 2") + kVertexElement) +
             "3 0 1 2\n4 0 1 2 3\n0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n");
+}
+
+TEST_CASE("ply: elements that may be surface are noted, or refused where there is no other") {
+  const std::string unread = "not read and not measured, though part of the surface: ";
+  const auto remarks = [](const std::string& elements, const std::string& records) {
+    auto result = read(header("ascii", kVertexElement + kFaces + elements) + kAsciiBody + records, "m.ply");
+    INFO((result ? "" : result.error().message));
+    REQUIRE(result.ok());
+    CHECK(result->mesh.triangles.size() == 3);
+    return result->notes.remarks;
+  };
+  const std::string list = "property list uchar int vertex_indices\n";
+  const std::string corners = "property int a\nproperty int b\nproperty int c\n";
+  for (const std::string name : {"polygon", "Face", "faces", "triangle_fans", "range_grid", "anything", "polyface"}) {
+    CHECK(remarks("element " + name + " 2\n" + list, "3 0 1 2\n3 0 1 3\n") ==
+          std::vector<std::string>{unread + "elements '" + name + "': 2"});
+  }
+  for (const std::string name : {"triangle", "Quads", "tetra", "cell", "face_of_hull"}) {
+    CHECK(remarks("element " + name + " 1\n" + corners, "0 1 2\n") ==
+          std::vector<std::string>{unread + "elements '" + name + "': 1"});
+  }
+  CHECK(remarks("element e 1\nproperty int vertex1\nproperty int vertex2\nproperty int vertex3\n", "0 1 2\n") ==
+        std::vector<std::string>{unread + "elements 'e': 1"});
+  CHECK(remarks("element bezier 1\nproperty list uchar float points\n", "3 0 1 2\n") ==
+        std::vector<std::string>{unread + "elements 'bezier': 1"});
+  CHECK(remarks("element polygon 1\n" + list + "element cell 1\n" + corners, "3 0 1 2\n0 1 2\n").size() == 2);
+  CHECK(remarks("element polygon 0\n" + list, "").empty());
+  CHECK(remarks("element materials 1\nproperty list uchar int ids\nelement sensor 1\n" + corners, "1 7\n0 1 2\n")
+            .empty());
+
+  const std::string only =
+      header("ascii", kVertexElement + "element triangle 1\n" + corners) + kAsciiBody.substr(0, 26) + "0 1 2\n";
+  CHECK(refusal(only, "m.ply") ==
+        "'a' has no triangles, only what is not read (elements 'triangle': 1): export it as triangles");
+  CHECK(code(only, "m.ply") == ErrorCode::unsupported_format);
+  CHECK(contains(
+      refusal(header("ascii", kVertexElement + "element polygon 1\n" + list) + kAsciiBody.substr(0, 26), "m.ply"),
+      "truncated"));
+}
+
+TEST_CASE("ply: lists of faces and strips that may hold corners are noted") {
+  const std::string unread = "not read and not measured, though part of the surface: ";
+  const auto remarks = [](const std::string& lists, const std::string& values) {
+    const std::string faces = "element face 2\nproperty list uchar int vertex_indices\n" + lists;
+    auto result = read(header("ascii", kVertexElement + faces) + kAsciiBody.substr(0, 26) + "3 0 1 2" + values +
+                           "\n3 0 1 3" + values + "\n",
+                       "m.ply");
+    INFO((result ? "" : result.error().message));
+    REQUIRE(result.ok());
+    CHECK(result->mesh.triangles.size() == 2);
+    return result->notes.remarks;
+  };
+  CHECK(remarks("property list uchar int holes\n", " 3 0 1 2") ==
+        std::vector<std::string>{unread + "lists 'holes' of element 'face': 2"});
+  CHECK(remarks("property list uchar int vertex_index\n", " 3 0 1 2") ==
+        std::vector<std::string>{unread + "lists 'vertex_index' of element 'face': 2"});
+  CHECK(remarks("property list uchar int holes\n", " 0").empty());
+  CHECK(remarks("property list uchar float texcoord\nproperty int texnumber\n", " 2 0.5 1 7").empty());
+  CHECK(remarks("property list uchar int Texture_indices\nproperty list uchar uchar colours\n", " 1 2 1 3").empty());
+  const std::string strips = "element tristrips 1\nproperty list int int vertex_indices\nproperty list int int more\n";
+  const auto strip =
+      read(header("ascii", kVertexElement + strips) + kAsciiBody.substr(0, 26) + "3 0 1 2 1 9\n", "m.ply");
+  REQUIRE(strip.ok());
+  CHECK(strip->notes.remarks == std::vector<std::string>{unread + "lists 'more' of element 'tristrips': 1"});
+}
+
+TEST_CASE("ply: edges beside faces are counted as left out") {
+  for (const char* name : {"edge", "line", "Polylines"}) {
+    const std::string edges = "element " + std::string(name) + " 2\nproperty int vertex1\nproperty int vertex2\n";
+    const auto result = read(header("ascii", kVertexElement + kFaces + edges) + kAsciiBody + "0 1\n1 2\n", "m.ply");
+    REQUIRE(result.ok());
+    CHECK(result->notes.skipped_primitives == 2);
+    CHECK(result->notes.remarks.empty());
+  }
+}
+
+TEST_CASE("ply: lines with more values than announced get a remark: one may be a second face") {
+  const auto result =
+      read(replaced(replaced(kAsciiFile, "3 0 1 2\n", "3 0 1 2 3 0 1 3 \r\n"), "1.5", "1.5 9"), "m.ply");
+  REQUIRE(result.ok());
+  CHECK(result->notes.remarks ==
+        std::vector<std::string>{"lines with more values than the header announces, the others ignored: 2"});
+}
+
+TEST_CASE("ply: a byte order mark, and NUL or 0x1A bytes after the last line") {
+  check_ply("\xEF\xBB\xBF" + kAsciiFile);
+  check_ply("\xEF\xBB\xBF" + kLittle);
+  CHECK(read("\xEF\xBB\xBF" + kAsciiFile, "")->notes.remarks.empty());
+  for (const std::string& padding :
+       {std::string(1, '\0'), std::string(3000, '\0'), std::string("\x1A"), std::string("\n\x1A\0\r\n", 5)}) {
+    check_ply(kAsciiFile + padding);
+    CHECK(read(kAsciiFile + padding, "m.ply")->notes.remarks ==
+          std::vector<std::string>{"NUL or 0x1A bytes after the last line, ignored"});
+    CHECK(contains(refusal(kLittle + padding, "m.ply"), "left-over bytes"));
+  }
+  CHECK(contains(refusal(kAsciiFile + std::string("\0x", 2), "m.ply"), "left-over text"));
+  // Padding that begins within the header's last line.
+  const std::string bare = header("ascii", kVertexElement);
+  CHECK(contains(refusal(bare.substr(0, bare.size() - 1) + std::string(" \0\n", 3), "m.ply"), "before end_header"));
+}
+
+TEST_CASE("ply: a file whose first line is not 'ply' is refused, whatever its name") {
+  CHECK(refusal(replaced(kAsciiFile, "ply\n", "# a scan\n"), "m.ply") ==
+        "line 1 of 'a': PLY header: line 1 is not 'ply' but '# a scan'");
+  CHECK(contains(refusal(replaced(kAsciiFile, "ply\n", "plyx\n"), "m.ply"), "line 1 is not 'ply' but 'plyx'"));
+  CHECK(contains(refusal(replaced(kAsciiFile, "ply\n", ""), "m.ply"), "not 'ply' but 'format ascii 1.0'"));
+  CHECK(contains(refusal(std::string("\0\x01\x02", 3), "m.ply"), "line 1 is not 'ply' but '?"));
+  CHECK(contains(refusal("ply", "m.ply"), "the file ends before end_header"));
 }
 
 TEST_CASE("ply: triangle strips, several in one list") {

@@ -119,6 +119,14 @@ std::string strips_ply() {
          kVertexLines + "8 0 1 2 3 -1 2 1 0\n";
 }
 
+// With a byte order mark, edges, lists of faces beside their corners, and padding.
+std::string padded_ply() {
+  return "\xEF\xBB\xBFply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+         "element edge 1\nproperty int vertex1\nproperty int vertex2\n"
+         "element face 3\nproperty list uchar int vertex_indices\nproperty list uchar int holes\nend_header\n" +
+         kVertexLines + "0 1\n3 0 1 2 0\n4 0 1 2 3 0\n3 1 2 3 0\n" + std::string("\x1A\0", 2);
+}
+
 // Other elements and properties around those that are read, and coordinates of two types.
 std::string mixed_ply() {
   std::string out =
@@ -219,11 +227,14 @@ std::vector<SmallFile> small_files() {
       {"solid.stl", binary_stl("solid x"), 6, 2},
       {"ascii.stl", kAsciiStl, 3, 1, 3, 0, triangles_of_stl},
       {"solids.stl", two_solids, 6, 2, 3, 0, triangles_of_stl},
+      {"joined.stl", "\xEF\xBB\xBF" + kAsciiStl.substr(0, kAsciiStl.size() - 3) + "x\n" + std::string(4, '\0'), 3, 1, 6,
+       0, triangles_of_stl},
       {"ascii.ply", ply("ascii", kVertexLines + kFaceLines), 4, 4, 1, 2},
       {"little.ply", binary_ply(false), 4, 4},
       {"big.ply", binary_ply(true), 4, 4},
       {"mixed.ply", mixed_ply(), 3, 2},
       {"lines.ply", "ply\nmade by a test\n" + ply("ascii", kVertexLines + kFaceLines).substr(4), 4, 4, 1, 2},
+      {"padded.ply", padded_ply(), 4, 4, 3, 2},
       {"strips.ply", strips_ply(), 4, 3, 1, 3},
       {"plain.off", "OFF # kind\n4 3 0\n" + kVertexLines + kFaceLines, 4, 4, 1, 2},
       {"colour.off", "COFF\n3 1 3\n0 0 0 9 0 0 1\n1 0 0 0 9 0 1\n0 1 0 0 0 9 1\n3 0 1 2 0.5 0.5 0.5\n", 3, 1, 13},
