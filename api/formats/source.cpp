@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "api/formats/text.h"
+
 namespace meshgauge::api {
 namespace {
 
@@ -54,6 +56,27 @@ Error too_many(const Source& source, std::string_view things, std::size_t limit)
 
 std::size_t vertex_limit(const Source& source) {
   return std::min<std::size_t>(source.limits.max_vertices, std::numeric_limits<std::uint32_t>::max());
+}
+
+std::size_t length_without_padding(std::string_view bytes) {
+  std::size_t length = bytes.size();
+  for (std::size_t i = bytes.size(); i > 0; --i) {
+    const char c = bytes[i - 1];
+    const bool padding = c == '\0' || c == '\x1A';
+    if (!padding && !is_space(c)) break;
+    if (padding) length = i - 1;
+  }
+  return length;
+}
+
+Result<ReadMesh> read_without_padding(const Source& source,
+                                      const std::function<Result<ReadMesh>(const Source&)>& read) {
+  const std::size_t length = length_without_padding(source.text());
+  auto result = read(Source{source.bytes.first(length), source.part, source.limits});
+  if (result && length < source.bytes.size()) {
+    result->notes.remarks.emplace_back("NUL or 0x1A bytes after the last line, ignored");
+  }
+  return result;
 }
 
 Result<Done> make_cloud(const Source& source, ReadMesh& read) {

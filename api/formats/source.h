@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,6 +38,13 @@ std::string in_quotes(std::string_view text);
 // 32-bit indices require it.
 Error too_many(const Source& source, std::string_view things, std::size_t limit);
 std::size_t vertex_limit(const Source& source);
+
+// Returns the length of text without the NUL and 0x1A bytes at its end, with which old programs fill it up; spaces and
+// line ends among them count as theirs. Without such bytes it is the whole length.
+std::size_t length_without_padding(std::string_view bytes);
+
+// Calls a reader of text on the bytes without padding, and adds a remark if there is any.
+Result<ReadMesh> read_without_padding(const Source& source, const std::function<Result<ReadMesh>(const Source&)>& read);
 
 // Makes a point cloud of all vertices; without vertices, or with surface that is not read, it changes nothing. Error:
 // too_large for more points than max_triangles.
