@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "api/formats/geomview.h"
 #include "api/formats/gltf_archive.h"
 #include "api/formats/gzip.h"
 #include "api/formats/off.h"
@@ -110,7 +111,9 @@ std::optional<Format> format_by_content(std::span<const std::byte> bytes) {
   const char* p = start.data() + (start.starts_with("\xEF\xBB\xBF") ? 3 : 0);
   p = skip_spaces(p, start.data() + start.size());
   const std::string_view word = word_at(p, start.data() + start.size());
-  if (word.starts_with('{')) return Format::gltf;
+  if (word.starts_with('{')) {
+    return geomview_object({p, start.data() + start.size()}).empty() ? Format::gltf : Format::off;
+  }
   if (same_word(word, "solid")) return Format::stl;
   return std::nullopt;
 }
@@ -213,7 +216,9 @@ std::optional<Error> refuse_foreign(std::span<const std::byte> bytes, const Read
     return about(hints.part, code, *kind);
   }
   const auto by_name = format_by_hints(hints);
-  const bool binary = beginning(bytes, 4096).find('\0') != std::string_view::npos;
+  const std::size_t text_end = length_without_padding(as_text(bytes));
+  const bool binary =
+      beginning(text_end > 0 ? bytes.first(text_end) : bytes, 4096).find('\0') != std::string_view::npos;
   if (binary && by_name && is_text_format(*by_name) && !format_by_content(bytes)) {
     return about(hints.part, ErrorCode::unsupported_format,
                  "holds binary data, not " + std::string(to_string(*by_name)) + " as its name says");

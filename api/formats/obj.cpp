@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/formats/obj_estimate.h"
+#include "api/formats/obj_statements.h"
 #include "api/formats/polygons.h"
 #include "api/formats/room.h"
 #include "api/formats/text.h"
@@ -37,6 +38,7 @@ class ObjReader {
   void end_groups();
   void end_object();
   const char* other(const char* p);
+  const char* unknown(const char* p, std::string_view word);
   const char* pass_over(const char* p, bool continues);
   const char* resolve(std::int64_t index, const char* place);
 
@@ -55,6 +57,7 @@ class ObjReader {
   std::size_t vertex_limit_;
   ReadMesh out_;
   Faces faces_;
+  UnreadStatements unread_;
   GroupCollector groups_;
   std::vector<std::string_view> names_;  // of the groups that faces are in now
   std::string_view object_;              // that faces are in now; empty: none
@@ -217,12 +220,6 @@ const char* ObjReader::pass_over(const char* p, bool continues) {
   return p;
 }
 
-// Whether the statement says nothing of how vertices are joined.
-bool is_beside_points(std::string_view word) {
-  constexpr std::string_view kWords[] = {"vn", "vt", "s", "usemtl", "mtllib"};
-  return std::ranges::find(kWords, word) != std::end(kWords);
-}
-
 std::string_view without_blanks_behind(const char* begin, const char* end) {
   const std::string_view text(begin, end);
   return text.substr(0, text.find_last_not_of(" \t") + 1);
@@ -270,14 +267,29 @@ const char* ObjReader::object(const char* p) {
 const char* ObjReader::other(const char* p) {
   if (*p == '#' || *p == '$') return pass_over(p, false);  // '$': a comment of old exporters
   if (*p == '\\' && end_of_continuation(p) != nullptr) return blanks(p);
-  // Skips an unknown word, as readers usually do. Anything else is the rest of a broken line; skipping that would
-  // silently lose a part of the mesh.
+  // Anything but a word is the rest of a broken line; skipping that would silently lose a part of the mesh.
   if (!is_letter(*p)) {
     if (static_cast<unsigned char>(*p) < ' ') return binary_data(p);
     return fail(p, ErrorCode::unreadable_mesh, in_quotes(word_at(p, end_)) + " does not begin an OBJ statement");
   }
-  only_points_ = only_points_ && is_beside_points(word_at(p, end_));
-  out_.notes.skipped_primitives += (*p == 'l' || *p == 'p') && p + 1 != end_ && is_blank(p[1]);
+  const char* word_end = p;
+  while (!at_token_end(word_end) && !is_space(*word_end)) ++word_end;
+  const std::string_view word(p, word_end);
+  const ObjRole role = role_of_obj(word);
+  only_points_ = only_points_ && role == ObjRole::beside_points;
+  out_.notes.skipped_primitives += role == ObjRole::line;
+  if (role == ObjRole::surface) unread_.add(word);
+  if (role == ObjRole::unknown) return unknown(p, word);
+  return pass_over(word_end, true);
+}
+
+const char* ObjReader::unknown(const char* p, std::string_view word) {
+  if (const std::string_view meant = meant_statement(word); !meant.empty()) {
+    return fail(p, ErrorCode::unreadable_mesh,
+                in_quotes(word) + " does not begin an OBJ statement; write " + in_quotes(meant) +
+                    ", in lower case and with a blank behind it");
+  }
+  unread_.add(word);
   return pass_over(p, true);
 }
 
@@ -287,7 +299,8 @@ const char* ObjReader::statement(const char* p) {
   if (*p == 'f' && one_letter) return face(p + 1);
   if (*p == 'g' && one_letter) return group(p + 1);
   if (*p == 'o' && one_letter) return object(p + 1);
-  if (word_at(p, end_) == "fo") return face(p + 2);  // faces in the format's first versions
+  const bool two_letters = p + 1 != end_ && at_token_end(p + 2);
+  if (*p == 'f' && two_letters && p[1] == 'o') return face(p + 2);  // faces in the format's first versions
   return other(p);
 }
 
@@ -310,6 +323,7 @@ Result<ReadMesh> ObjReader::read() {
   end_groups();
   end_object();
   out_.groups = groups_.take();
+  unread_.move_to(out_.unread);
   if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
   if (out_.mesh.triangles.empty() && out_.notes.skipped_primitives == 0 && only_points_) {
     if (auto ok = make_cloud(source_, out_); !ok) return std::move(ok).error();
@@ -319,6 +333,8 @@ Result<ReadMesh> ObjReader::read() {
 
 }  // namespace
 
-Result<ReadMesh> read_obj(const Source& source) { return ObjReader(source).read(); }
+Result<ReadMesh> read_obj(const Source& source) {
+  return read_without_padding(source, [](const Source& text) { return ObjReader(text).read(); });
+}
 
 }  // namespace meshgauge::api

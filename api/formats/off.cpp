@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "api/formats/geomview.h"
 #include "api/formats/off_binary.h"
 #include "api/formats/polygons.h"
 #include "api/formats/room.h"
@@ -80,6 +81,7 @@ class OffReader {
   int extras_;
   std::int64_t vertex_count_ = 0;
   std::int64_t face_count_ = 0;
+  std::int64_t faces_read_ = 0;
   ReadMesh out_;
   Faces faces_;
   std::optional<Error> error_;
@@ -88,7 +90,11 @@ class OffReader {
 // Skips to the next line that has more than a comment.
 bool OffReader::next_line() {
   skip_comments();
-  return p_ != end_ || fail(ErrorCode::unreadable_mesh, "truncated: the counts announce more lines");
+  if (p_ != end_) return true;
+  return fail(ErrorCode::unreadable_mesh,
+              "truncated: the counts announce " + std::to_string(vertex_count_) + " vertices and " +
+                  std::to_string(face_count_) + " faces, the file ends after " +
+                  std::to_string(out_.mesh.positions.size()) + " and " + std::to_string(faces_read_));
 }
 
 // Skips to the next corner, also on the next line. A face cut short takes the line of the next face; the last one then
@@ -116,7 +122,9 @@ bool OffReader::coordinate(double& value) {
 }
 
 bool OffReader::counts() {
-  if (!next_line() || !integer(vertex_count_) || !integer(face_count_)) return false;
+  skip_comments();
+  if (p_ == end_) return fail(ErrorCode::unreadable_mesh, "truncated: the file ends before the counts");
+  if (!integer(vertex_count_) || !integer(face_count_)) return false;
   // A vertex takes at least "0 0 0\n", a face "0\n".
   const std::int64_t remaining = end_ - p_ + 1;
   if (vertex_count_ < 0 || vertex_count_ > remaining / 6 || face_count_ < 0 || face_count_ > remaining / 2) {
@@ -164,14 +172,23 @@ bool OffReader::face() {
   }
   out_.notes.skipped_primitives += corners < 3;
   faces_.end();
+  ++faces_read_;
   p_ = skip_line(p_, end_);
   return true;
 }
 
 bool OffReader::end_of_file() {
   skip_comments();
-  return p_ == end_ || fail(ErrorCode::unreadable_mesh, "left-over lines after the " + std::to_string(face_count_) +
-                                                            " faces that the counts announce");
+  if (p_ == end_) return true;
+  const char* const first = p_;
+  std::size_t lines = 0;
+  for (; p_ != end_; skip_comments()) {
+    ++lines;
+    p_ = skip_line(p_, end_);
+  }
+  p_ = first;
+  return fail(ErrorCode::unreadable_mesh, "left-over lines after the " + std::to_string(face_count_) +
+                                              " faces that the counts announce: " + std::to_string(lines));
 }
 
 Result<ReadMesh> OffReader::read() {
@@ -194,18 +211,15 @@ Result<ReadMesh> OffReader::read() {
 
 std::size_t as_size(std::ptrdiff_t bytes) { return static_cast<std::size_t>(bytes); }
 
-// Returns the place after a byte order mark, blanks, blank lines and comments.
-const char* start_of_content(std::string_view text) {
-  const char* const end = text.data() + text.size();
-  const char* p = skip_spaces(text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0), end);
-  while (p != end && *p == '#') p = skip_spaces(skip_line(p, end), end);
-  return p;
-}
-
 // Reads a file without the keyword, as Geomview does. Used only when a name or a media type says OFF, since any file
 // may begin with three numbers.
 Result<ReadMesh> read_without_keyword(const Source& source) {
   const char* const counts = start_of_content(source.text());
+  if (const auto object = geomview_object({counts, source.end()}); !object.empty()) {
+    return about(source.part, ErrorCode::unsupported_format,
+                 "begins with " + in_quotes(object) +
+                     ", another object of Geomview than OFF, which is not supported; save its faces as one OFF");
+  }
   int integers = 0;
   const char* p = counts;
   for (std::int64_t ignored = 0; p != source.end() && is_digit(*p); ++integers) {
@@ -222,6 +236,13 @@ Result<ReadMesh> read_without_keyword(const Source& source) {
 
 }  // namespace
 
+const char* start_of_content(std::string_view text) {
+  const char* const end = text.data() + text.size();
+  const char* p = skip_spaces(text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0), end);
+  while (p != end && *p == '#') p = skip_spaces(skip_line(p, end), end);
+  return p;
+}
+
 std::string_view off_keyword(std::string_view text) {
   constexpr std::size_t kLongest = 9;
   const char* const start = start_of_content(text);
@@ -235,7 +256,7 @@ std::string_view off_keyword(std::string_view text) {
 
 Result<ReadMesh> read_off(const Source& source) {
   const std::string_view keyword = off_keyword(source.text());
-  if (keyword.empty()) return read_without_keyword(source);
+  if (keyword.empty()) return read_without_padding(source, read_without_keyword);
   const char* const body = keyword.data() + keyword.size();
   auto extras = extras_of(keyword);
   if (!extras) {
@@ -244,7 +265,9 @@ Result<ReadMesh> read_off(const Source& source) {
                      ", which is not supported; supported is OFF with any of the prefixes ST, C and N");
   }
   const char* const next = skip_blanks(body, source.end());
-  if (!same_word(word_at(next, source.end()), "binary")) return OffReader(source, body, *extras).read();
+  if (!same_word(word_at(next, source.end()), "binary")) {
+    return read_without_padding(source, [&](const Source& text) { return OffReader(text, body, *extras).read(); });
+  }
   if (extras->colour != 0) extras->colour = kBinaryColour;
   const char* end = skip_line(next, source.end());
   end += end != source.end() && *end == '\r' && end + 1 != source.end() && end[1] == '\n';

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "api/formats/room.h"
 #include "api/formats/text.h"
+#include "api/formats/xyz_heading.h"
 
 namespace meshgauge::api {
 namespace {
@@ -30,31 +32,107 @@ Result<Vec3> point_at(const Source& source, const char* p) {
   return point;
 }
 
-}  // namespace
+class XyzReader {
+ public:
+  explicit XyzReader(const Source& source) : source_(source), limit_(vertex_limit(source)) {
+    out_.format = Format::xyz;
+  }
 
-Result<ReadMesh> read_xyz(const Source& source) {
+  Result<ReadMesh> read();
+
+ private:
+  bool is_preamble(std::string_view line);
+  bool is_heading(std::string_view line);
+  bool is_count(std::string_view line);
+  std::optional<Error> wrong_count() const;
+  void fail(const char* place, const std::string& what) {
+    error_ = at_line(source_, place, ErrorCode::unreadable_mesh, what);
+  }
+
+  const Source& source_;
+  std::size_t limit_;
+  ReadMesh out_;
+  bool heading_seen_ = false;
+  std::int64_t count_ = 0;             // of points, in the line at count_place_
+  const char* count_place_ = nullptr;  // nullptr: no count
+  std::optional<Error> error_;
+};
+
+// Takes a line before the first point. Returns true when it is none; then error_ may be set.
+bool XyzReader::is_preamble(std::string_view line) { return is_heading(line) || is_count(line); }
+
+bool XyzReader::is_heading(std::string_view line) {
+  const XyzHeading heading = xyz_heading(line);
+  if (heading == XyzHeading::other_columns) {
+    fail(line.data(),
+         "the heading " + in_quotes(line) +
+             " does not begin with the columns X Y Z, separated by blanks; write the columns in this order");
+    return true;
+  }
+  if (line.starts_with('#')) return true;
+  if (heading == XyzHeading::none || heading_seen_) return false;
+  heading_seen_ = true;
+  out_.notes.remarks.push_back("skipped before the points: the heading " + in_quotes(line));
+  return true;
+}
+
+bool XyzReader::is_count(std::string_view line) {
+  const char* const end = line.data() + line.size();
+  const std::string_view word = word_at(line.data(), end);
+  const bool alone = skip_blanks(word.data() + word.size(), end) == end;
+  if (count_place_ != nullptr || !alone || !std::ranges::all_of(word, is_digit)) return false;
+  parse_integer(word.data(), end, count_);
+  count_place_ = line.data();
+  out_.notes.remarks.push_back("skipped before the points: the count " + printable(word, 32));
+  // Files of molecules have the count, a line of text that may be empty, then atoms whose first column may be a number.
+  const char* const after = skip_blanks(next_line(end, source_.end()), source_.end());
+  if (after != source_.end() && (is_newline(*after) || *after == '#')) {
+    fail(after,
+         "an empty line or a comment after the count of points, as in files of molecules, which are not supported; of "
+         "points, remove this line");
+  }
+  return true;
+}
+
+std::optional<Error> XyzReader::wrong_count() const {
+  const std::size_t points = out_.mesh.positions.size();
+  if (count_place_ == nullptr || static_cast<std::uint64_t>(count_) == points) return std::nullopt;
+  return at_line(source_, count_place_, ErrorCode::unreadable_mesh,
+                 "wrong count: the line says " + in_quotes(word_at(count_place_, source_.end())) +
+                     " points, the file has " + std::to_string(points) + "; write the file again, or remove this line");
+}
+
+Result<ReadMesh> XyzReader::read() {
   constexpr std::size_t kUsualLine = 24;  // bytes of a point
-  const std::size_t limit = vertex_limit(source);
-  ReadMesh out;
-  out.format = Format::xyz;
-  reserve_room(out.mesh.positions, std::min(source.bytes.size() / kUsualLine, limit));
-  const char* const end = source.end();
-  const char* p = source.begin() + (source.text().starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  reserve_room(out_.mesh.positions, std::min(source_.bytes.size() / kUsualLine, limit_));
+  const char* const end = source_.end();
+  const char* p = source_.begin() + (source_.text().starts_with("\xEF\xBB\xBF") ? 3 : 0);
   for (p = skip_spaces(p, end); p != end; p = skip_spaces(p, end)) {
     const char* const line = p;
     p = skip_line(p, end);
     if (const char* const nul = std::find(line, p, '\0'); nul != p) {
-      return at_line(source, nul, ErrorCode::unreadable_mesh, "binary data in a text file");
+      return at_line(source_, nul, ErrorCode::unreadable_mesh, "binary data in a text file");
+    }
+    if (out_.mesh.positions.empty() && is_preamble({line, p})) {
+      if (error_) return std::move(*error_);
+      continue;
     }
     if (*line == '#') continue;
-    if (out.mesh.positions.size() == limit) return too_many(source, "points", limit);
-    const auto point = point_at(source, line);
+    if (out_.mesh.positions.size() == limit_) return too_many(source_, "points", limit_);
+    const auto point = point_at(source_, line);
     if (!point) return point.error();
-    out.mesh.positions.push_back(*point);
+    out_.mesh.positions.push_back(*point);
   }
-  if (out.mesh.positions.empty()) return about(source.part, ErrorCode::empty_mesh, "has no points");
-  if (auto ok = make_cloud(source, out); !ok) return std::move(ok).error();
-  return out;
+  if (auto error = wrong_count()) return std::move(*error);
+  if (out_.mesh.positions.empty()) return about(source_.part, ErrorCode::empty_mesh, "has no points");
+  if (auto ok = make_cloud(source_, out_); !ok) return std::move(ok).error();
+  return std::move(out_);
+}
+
+}  // namespace
+
+Result<ReadMesh> read_xyz(const Source& source) {
+  return read_without_padding(source, [](const Source& text) { return XyzReader(text).read(); });
 }
 
 }  // namespace meshgauge::api

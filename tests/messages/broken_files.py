@@ -39,8 +39,11 @@ def obj_files():
         ("a word in place of an index", obj("f 1 2 3", "f 1 2 x")),
         ("a face without corners", obj("f 1 2 3", "f")),
         ("a line that is no OBJ statement", obj("f 1 2 3", "?? 1 2 3")),
-        ("binary data", obj("f 1 2 3", "f 1 2 3\n\0\0")),
+        ("a statement in capitals", obj("f 1 2 3", "F 1 2 3")),
+        ("a statement joined to its first number", obj("f 1 2 3", "f1 2 3")),
+        ("binary data", obj("f 1 2 3", "\0\0\nf 1 2 3")),
         ("no face", obj("f 1 2 3\n", "")),
+        ("no face, a free-form surface alone", obj("f 1 2 3", "cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 1\nend")),
     ]
 
 
@@ -53,7 +56,10 @@ def xyz_files():
         ("a comma between coordinates", b"0,0,0\n"),
         ("a coordinate that is NaN", b"0 nan 0\n"),
         ("a coordinate too large for a double", b"0 0 1e999\n"),
-        ("binary data", b"0 0 0\n" + bytes(8)),
+        ("a heading of columns in another order", b"//Z Y X\n0 0 0\n"),
+        ("another count than points", b"2\n0 0 0\n"),
+        ("a file of a molecule", b"2\n\n8 0 0 0\n1 0 0 1\n"),
+        ("binary data", b"0 0 0\n" + bytes(8) + b"1\n"),
         ("no point", b"# nothing\n"),
         ("points, in the default direction", b"0 0 0\n1 2 3\n"),
     ]
@@ -168,6 +174,7 @@ def off_files():
         ("more lines than announced", off("3 0 1 2\n", "3 0 1 2\n3 0 1 2\n")),
         ("more elements than the file can hold", off("3 1 0", "3000000 1 0")),
         ("four-dimensional vertices", off("OFF", "4OFF")),
+        ("another object of Geomview", b"LIST\n{ " + OFF.encode() + b"}\n"),
         ("binary: damaged", b"OFF BINARY\n" + struct.pack(">3I", 3, 9, 0) + bytes(40)),
         ("no face", b"OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n"),
     ]

@@ -49,9 +49,73 @@ TEST_CASE("cloud: a damaged XYZ is refused with its line") {
   CHECK(refusal("# nothing\n\n", "m.xyz") == "'a' has no points");
   CHECK(code("# nothing\n", "m.xyz") == ErrorCode::empty_mesh);
   CHECK(contains(refusal(std::string("\1\2\0\3", 4), "m.xyz"), "binary data, not xyz"));
-  CHECK(refusal(std::string(5000, '\n') + std::string("0 0 0 \0", 7), "m.xyz") ==
+  CHECK(refusal(std::string(5000, '\n') + std::string("0 0 0 \0 1", 9), "m.xyz") ==
         "line 5001 of 'a': binary data in a text file");
-  CHECK(refusal("3\na molecule\nC 0 0 0\n", "m.xyz") == "line 1 of 'a': a point needs three coordinates");
+  CHECK(refusal("3\na molecule\nC 0 0 0\n", "m.xyz") == "line 2 of 'a': 'a' is not a number");
+}
+
+TEST_CASE("cloud: a heading and a count before the points of an XYZ are noted") {
+  const auto remarks = [](const std::string& before) {
+    const auto result = read(before + kLines, "m.xyz");
+    CAPTURE(before);
+    check_cloud(result);
+    return result->notes.remarks;
+  };
+  const std::string skipped = "skipped before the points: the ";
+  for (const char* heading : {"//X Y Z", "// x y z", "//X Y Z Rf Gf Bf Scalar_field", "X Y Z", "x\ty\tz\tnx"}) {
+    const std::string shown = "'" + std::string(heading) + "'";
+    const bool tabs = contains(heading, "\t");
+    CHECK(remarks(heading + std::string("\r\n")) ==
+          std::vector<std::string>{skipped + "heading " + (tabs ? "'x?y?z?nx'" : shown)});
+  }
+  CHECK(remarks("3\n") == std::vector<std::string>{skipped + "count 3"});
+  CHECK(remarks("\xEF\xBB\xBF\n//X Y Z\n 3 \n") ==
+        std::vector<std::string>{skipped + "heading '//X Y Z'", skipped + "count 3"});
+  CHECK(remarks("3\n//X Y Z\n").size() == 2);
+  for (const char* comment : {"# X Y Z\n", "# scan\n#\n", "# columns: z y x\n", "#x y z i\n"}) {
+    CHECK(remarks(comment).empty());
+  }
+  CHECK(refusal("0 0 0\n//X Y Z\n", "m.xyz") == "line 2 of 'a': '//X' is not a number");
+  CHECK(refusal("//X Y Z\n//X Y Z\n0 0 0\n", "m.xyz") == "line 2 of 'a': '//X' is not a number");
+}
+
+TEST_CASE("cloud: a heading of other columns before the points of an XYZ is refused") {
+  for (const char* heading : {"//Z Y X", "//R G B X Y Z", "//X Z Y", "//X,Y,Z", "//", "// a scan", "# Z Y X", "z y x",
+                              "#R G B X Y Z", "#id x y z", "nx ny nz x y z"}) {
+    CAPTURE(std::string(heading));
+    CHECK(refusal("\n" + std::string(heading) + "\n" + kLines, "m.xyz") ==
+          "line 2 of 'a': the heading '" + std::string(heading) +
+              "' does not begin with the columns X Y Z, separated by blanks; write the columns in this order");
+  }
+  CHECK(refusal("C 0 0 0\n", "m.xyz") == "line 1 of 'a': 'C' is not a number");
+}
+
+TEST_CASE("cloud: a wrong count, or one as in a file of molecules, is refused") {
+  CHECK(refusal("//X Y Z\n4\n" + kLines, "m.xyz") ==
+        "line 2 of 'a': wrong count: the line says '4' points, the file has 3; write the file again, or remove this "
+        "line");
+  CHECK(code("2\n" + kLines, "m.xyz") == ErrorCode::unreadable_mesh);
+  CHECK(contains(refusal("99999999999999999999999\n" + kLines, "m.xyz"), "wrong count"));
+  CHECK(contains(refusal("3\n", "m.xyz"), "wrong count"));
+  CHECK(code("0\n", "m.xyz") == ErrorCode::empty_mesh);
+  CHECK(refusal("-3\n" + kLines, "m.xyz") == "line 1 of 'a': a point needs three coordinates");
+  CHECK(refusal("3\n3\n" + kLines, "m.xyz") == "line 2 of 'a': a point needs three coordinates");
+  const std::string atoms = "6 0 0 0\n1 0 0 1\n1 0 1 0\n";  // the first column is the number of protons
+  for (const char* line_end : {"\n", "\r\n", "\r"}) {
+    for (const char* line : {"", " ", "# methylene"}) {
+      CHECK(contains(refusal(std::string("3") + line_end + line + line_end + atoms, "m.xyz"),
+                     "line 2 of 'a': an empty line or a comment after the count of points, as in files of molecules"));
+    }
+  }
+}
+
+TEST_CASE("cloud: NUL and 0x1A bytes after the last point are noted") {
+  using namespace std::string_literals;
+  for (const std::string& end : {"\0"s, "\n\0\n"s, "\x1A"s}) {
+    const auto result = read(kLines + end, "m.xyz");
+    check_cloud(result);
+    CHECK(result->notes.remarks == std::vector<std::string>{"NUL or 0x1A bytes after the last line, ignored"});
+  }
 }
 
 TEST_CASE("cloud: points beyond the limits are refused") {
@@ -67,9 +131,11 @@ TEST_CASE("cloud: an OBJ of vertices alone") {
   check_cloud(read("# scan\no part\ng a\n" + kCloudVertices + "vn 0 0 1\ns off\n", "m.obj"));
   for (const char* more : {"f 1 2 3\n", "f 1 1 1\n"}) CHECK(!read(kCloudVertices + more, "m.obj")->notes.cloud);
   // Lines, points and control points would have another shape than all vertices.
-  for (const char* more : {"l 1 2\n", "p 1\n", "f 1 2\n", "cstype bezier\ncurv 0 1 1 2 3\n", "surf 0 1 0 1 1 2 3\n",
-                           "face 1 2 3\n", "F 1 2 3\n"}) {
+  for (const char* more : {"l 1 2\n", "p 1\n", "f 1 2\n", "cstype bezier\ncurv 0 1 1 2 3\n"}) {
     CHECK(refusal(kCloudVertices + more, "m.obj") == "'a' has no triangles");
+  }
+  for (const char* more : {"surf 0 1 0 1 1 2 3\n", "face 1 2 3\n", "call other.obj\n"}) {
+    CHECK(code(kCloudVertices + more, "m.obj") == ErrorCode::unsupported_format);
   }
 }
 

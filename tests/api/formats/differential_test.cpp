@@ -228,6 +228,7 @@ TEST_CASE("differential: the known reasons are real") {
   CHECK(differs(corners + "\vf 1 2 3\n"));
   CHECK(differs(corners + "fo 1 2 3\n"));
   CHECK(differs(corners + "f 1 2 3 # one\n"));
+  CHECK(differs(corners + "f 1 2 3 \x1A"));
   CHECK(differs(corners + "v 1 2 0." + std::string(400, '0') + "5e401\nf 1 2 3\n"));
 }
 

@@ -28,6 +28,23 @@ std::string refused_vertex(const std::string& numbers) {
   return refusal(kUnitCorners + "v " + numbers + "\nf 1 2 3\n", "m.obj");
 }
 
+// Every statement of the specification that is no surface by itself.
+const std::string kAttributes =
+    "vp 0 1\ncstype rat bspline\ndeg 3 3\nbmat u 1 0 0 1\nstep 1 1\nparm u 0 1\ntrim 0 1 1\nhole 0 1 1\nscrv 0 1 1\n"
+    "sp 1\nend\ncon 1 0 1 1 2 0 1 1\nmg off\nbevel off\nd_interp off\nmaplib m\nusemap m\ntrace_obj t\nctech cparm 1\n"
+    "stech cparma 1 1\nres 1 1\n";
+
+ReadNotes notes_of(const std::string& text) {
+  auto result = read(text, "m.obj");
+  INFO((result ? "" : result.error().message));
+  REQUIRE(result.ok());
+  return std::move(result->notes);
+}
+
+std::string unread_remark(const std::string& kind, int count) {
+  return "not read and not measured, though part of the surface: " + kind + ": " + std::to_string(count);
+}
+
 void check_same(const Mesh& a, const Mesh& b) {
   CHECK(a.positions == b.positions);
   CHECK(a.triangles == b.triangles);
@@ -110,8 +127,12 @@ TEST_CASE("obj: statements other than faces and vertices are ignored") {
   const Mesh plain = mesh_of_obj(kUnitCorners + "f 1 2 3\n");
   check_same(mesh_of_obj("# f 1 2 3 \\\n" + kUnitCorners +
                          "mtllib ../../etc/passwd\ng a f 1 2 3\no f\nusemtl \\\nf 9 9 9\nvn 0 0 1\nvt nan\ns off\n"
-                         "call x\ncurv2 1\nf 1 2 3\n#"),
+                         "USEMTL a\nlod 3\nbevel on\nc_interp on\nmg 1 2\nshadow_obj x\nf 1 2 3\n#"),
              plain);
+  const auto result = read(kUnitCorners + kAttributes + "f 1 2 3\n", "m.obj");
+  REQUIRE(result.ok());
+  CHECK(result->notes.remarks.empty());
+  CHECK(result->notes.skipped_primitives == 0);
 }
 
 TEST_CASE("obj: polygons become triangles, lines and points are counted") {
@@ -239,6 +260,89 @@ TEST_CASE("obj: lines that begin with a dollar are comments") {
 
 TEST_CASE("obj: a vertex of two coordinates is refused with its line") {
   CHECK(refusal("v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "m.obj") == "line 2 of 'a': a vertex needs three coordinates");
+}
+
+TEST_CASE("obj: free-form surfaces, patches and included files are noted beside faces, and refused alone") {
+  const std::string surface = "cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 1\nparm v 0 1\nend\n";
+  for (const auto& [statement, kind] : {std::pair<std::string, std::string>{surface, "free-form surfaces (surf)"},
+                                        {"surf\\\n 0 1 0 1 1 2 3 4\n", "free-form surfaces (surf)"},
+                                        {"bzp 1 2 3 4\n", "Bezier patches (bzp)"},
+                                        {"bsp 1 2 3 4\n", "B-spline patches (bsp)"},
+                                        {"cdp 1 2 3 4\n", "Cardinal patches (cdp)"},
+                                        {"call part.obj\n", "included files (call)"},
+                                        {"csh -cat part.obj\n", "commands (csh)"},
+                                        {"face 1 2 3\n", "unknown statements (face)"},
+                                        {"g1\n", "unknown statements (g1)"}}) {
+    CAPTURE(statement);
+    const auto noted = read(kUnitCorners + statement + "f 1 2 3\n" + statement, "m.obj");
+    REQUIRE(noted.ok());
+    CHECK(noted->notes.remarks == std::vector<std::string>{unread_remark(kind, 2)});
+    CHECK(noted->mesh.triangles.size() == 1);
+    CHECK(code(kUnitCorners + statement, "m.obj") == ErrorCode::unsupported_format);
+    CHECK(refusal(kUnitCorners + statement, "m.obj") ==
+          "'a' has no triangles, only what is not read (" + kind + ": 1): export it as triangles");
+  }
+}
+
+TEST_CASE("obj: any number of unknown statements is counted, in linear time") {
+  std::string text = kUnitCorners + "f 1 2 3\n";
+  for (int i = 0; i < 200'000; ++i) text += "word_" + std::to_string(i % 1000) + " 1\n";
+  const ReadNotes notes = notes_of(text);
+  REQUIRE(notes.remarks.size() == Unread::kMostKinds);
+  CHECK(notes.remarks.front() == unread_remark("unknown statements (word_0)", 200));
+  CHECK(notes.remarks.back() == unread_remark("all other kinds", 993 * 200));
+}
+
+TEST_CASE("obj: curves are counted as lines") {
+  for (const char* curve : {"curv 0 1 1 2 3\n", "curv2 1 2\n", "cdc 1 2 3 4\n", "l 1 2\n", "l\\\n 1 2\n", "p 1\n"}) {
+    CAPTURE(std::string(curve));
+    CHECK(notes_of(kUnitCorners + "f 1 2 3\n" + curve).skipped_primitives == 1);
+    CHECK(refusal(kUnitCorners + curve, "m.obj") == "'a' has no triangles");
+  }
+}
+
+TEST_CASE("obj: statements in capitals or joined to their numbers are refused with their line and the remedy") {
+  for (const auto& [line, seen, meant] : {std::array<std::string, 3>{"F 1 2 3", "F", "f"},
+                                          {"V 1 2 3", "V", "v"},
+                                          {"VN 0 0 1", "VN", "vn"},
+                                          {"Vt 0 1", "Vt", "vt"},
+                                          {"FO 1 2 3", "FO", "fo"},
+                                          {"G part", "G", "g"},
+                                          {"O part", "O", "o"},
+                                          {"f1 2 3", "f1", "f"},
+                                          {"f-3 -2 -1", "f-3", "f"},
+                                          {"F1/1 2 3", "F1/1", "f"},
+                                          {"v1.5 2 3", "v1.5", "v"},
+                                          {"v,1,2,3", "v,1,2,3", "v"},
+                                          {"f(1 2 3)", "f(1", "f"},
+                                          {"fo1 2 3", "fo1", "fo"},
+                                          {"vn0 0 1", "vn0", "vn"},
+                                          {"l1 2", "l1", "l"},
+                                          {"Curv2 1 2", "Curv2", "curv2"},
+                                          {"Call x", "Call", "call"},
+                                          {"F\\\n 1 2 3", "F", "f"}}) {
+    CAPTURE(line);
+    for (const std::string& more : {std::string(), std::string("f 1 2 3\n")}) {
+      CHECK(refusal(kUnitCorners + line + "\n" + more, "m.obj") ==
+            "line 5 of 'a': '" + seen + "' does not begin an OBJ statement; write '" + meant +
+                "', in lower case and with a blank behind it");
+    }
+  }
+  check_same(mesh_of_obj(kUnitCorners + "fo\\\n 1 2 3\n"), mesh_of_obj(kUnitCorners + "f 1 2 3\n"));
+}
+
+TEST_CASE("obj: NUL and 0x1A bytes after the last line are noted") {
+  using namespace std::string_literals;
+  const std::string text = kUnitCorners + "f 1 2 3\n";
+  for (const std::string& end : {"\0"s, "\n\0\n"s, "\x1A"s, "\0\0\x1A\r\n \0"s}) {
+    const auto result = read(text + end, "m.obj");
+    REQUIRE(result.ok());
+    check_same(result->mesh, mesh_of_obj(text));
+    CHECK(result->notes.remarks == std::vector<std::string>{"NUL or 0x1A bytes after the last line, ignored"});
+    CHECK(contains(refusal(text + end + "f 1 2 4\n", "m.obj"), ": binary data in a text file"));
+  }
+  CHECK(notes_of(text).remarks.empty());
+  CHECK(contains(refusal(std::string(100, '\0'), "m.obj"), "holds binary data, not obj"));
 }
 
 }  // namespace meshgauge::api::test

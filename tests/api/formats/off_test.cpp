@@ -73,7 +73,9 @@ TEST_CASE("off: malformed files are refused with their line") {
   };
   CHECK(contains(broken("4 2 0", "4 2000000 0"), "line 2 of 'a': 4 vertices and 2000000 faces do not fit"));
   CHECK(contains(broken("4 2 0", "-4 2 0"), "do not fit"));
-  CHECK(contains(broken("4 2 0", "4 3 0"), "truncated"));
+  CHECK(contains(broken("4 2 0", "4 3 0"),
+                 "truncated: the counts announce 4 vertices and 3 faces, the file ends after 4 and 2"));
+  CHECK(refusal("OFF # c\n#\n", "m.off") == "line 3 of 'a': truncated: the file ends before the counts");
   CHECK(contains(broken("4 2 0", "3 2 0"), "line 6 of 'a': 0 is not a number of corners"));
   CHECK(contains(broken("4 2 0", "4"), "the line ends where an integer is expected"));
   CHECK(contains(broken("1.5", "1,5"), "line 6 of 'a': '1,5' is not a number"));
@@ -82,7 +84,10 @@ TEST_CASE("off: malformed files are refused with their line") {
   CHECK(contains(broken("3 0 1 2", "3 0 1"), "line 8 of 'a': index 4"));
   CHECK(contains(broken("4 0 1 2 3", "4 0 1 2"), "line 9 of 'a': truncated"));
   CHECK(contains(broken("3 0 1 2", "-3 0 1 2"), "-3 is not a number of corners"));
-  CHECK(contains(broken("4 2 0", "4 1 0"), "line 8 of 'a': left-over lines after the 1 faces"));
+  CHECK(contains(broken("4 2 0", "4 1 0"),
+                 "line 8 of 'a': left-over lines after the 1 faces that the counts announce: 1"));
+  CHECK(contains(broken("4 2 0", "4 0 0"),
+                 "line 7 of 'a': left-over lines after the 0 faces that the counts announce: 2"));
   check_off(kOff + "# the end\n\n");
   for (const char* kind : {"4OFF", "nOFF", "4nOFF", "NNOFF", "SOFF", "STCN4nOFF"}) {
     CHECK(contains(broken("OFF", kind), "'" + std::string(kind) + "', which is not supported"));
@@ -106,6 +111,39 @@ TEST_CASE("off: the keyword after comments, blanks and a byte order mark, and cl
   CHECK(detected("OFFICE 1 2 3\n") == std::nullopt);
   CHECK(detected("TAKEOFF\n") == std::nullopt);
   CHECK(detected("# OFF\nv 1 2 3\n") == Format::obj);
+}
+
+TEST_CASE("off: other objects of Geomview are refused by name") {
+  const auto message = [](const std::string& word) {
+    return "'a' begins with '" + word +
+           "', another object of Geomview than OFF, which is not supported; save its faces as one OFF";
+  };
+  for (const char* word : {"LIST", "INST", "QUAD", "CQUAD", "CNQUAD", "POLY", "MESH", "CMESH", "ZuMESH", "BEZ133",
+                           "BBP", "STBBP", "VECT", "4VECT", "TLIST", "SKEL", "SPHERE", "appearance"}) {
+    for (const std::string& start : {std::string(), std::string("# c\n\t "), std::string("\xEF\xBB\xBF")}) {
+      CAPTURE(start + word);
+      CHECK(refusal(start + word + "\n1 2 3\n", "m.off") == message(word));
+      CHECK(code(start + word + "\n1 2 3\n", "m.off") == ErrorCode::unsupported_format);
+    }
+  }
+  CHECK(refusal("QUAD BINARY\n" + kVertices, "m.off") == message("QUAD"));
+  for (const char* start : {"{ ", "{", "{\n# c\n", "{ appearance { +edge }\n", "{ = ", "{ LIST { "}) {
+    for (const char* name : {"m.off", "m.gltf", ""}) CHECK(refusal(start + kOff + "}", name) == message("{"));
+  }
+  CHECK(contains(refusal("{\"OFF\": 1}", "m.off"), "asset"));  // a glTF, though not a good one
+  CHECK(contains(refusal("LISTS\n", "m.off"), "an OFF file must begin with 'OFF'"));
+}
+
+TEST_CASE("off: NUL and 0x1A bytes after the last line are noted, in text") {
+  using namespace std::string_literals;
+  for (const std::string& end : {"\0"s, "\n\0\n"s, "\x1A"s}) {
+    check_off(kOff + end);
+    CHECK(read(kOff + end, "m.off")->notes.remarks ==
+          std::vector<std::string>{"NUL or 0x1A bytes after the last line, ignored"});
+    check_off(kOff.substr(4) + end);
+    CHECK(read(kOff.substr(4) + end, "m.off")->notes.remarks.size() == 2);
+    CHECK(!read(kOff + end + "3 0 1 2\n", "m.off").ok());
+  }
 }
 
 TEST_CASE("off: faces over several lines") {

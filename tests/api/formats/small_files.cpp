@@ -19,6 +19,11 @@ const std::string kObj =
     "v 0 1 0.25\nf 5 3 2\n";
 const std::string kContinuedObj =
     "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\no x\\\r\ny\r\nf 1 2 \\\r\n3\r\nf 1 2 3 \\\r\n4\r\nf 4 3 2\r\n";
+// Beside faces, what is noted: surfaces that are not read, a word of no specification, bytes behind the last line.
+const std::string kNotedObj =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ncstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nparm u 0 1\nend\n"
+    "bzp 1 2 3 4\ncurv 0 1 1 2\ncall x.obj\nface 1 2 4\nf 4 3 2\n" +
+    std::string("\0\x1A\n", 3);
 const std::string kAsciiStl =
     "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1e0 0 0\nvertex 0 1 -0\nendloop\nendfacet\n"
     "endsolid x\n";
@@ -223,6 +228,7 @@ std::vector<SmallFile> small_files() {
   return {
       {"plain.obj", kObj, 5, 4, 1, 2, triangles_of_obj},
       {"continued.obj", kContinuedObj, 4, 4, 2, 2, triangles_of_obj},
+      {"noted.obj", kNotedObj, 4, 2, 3, 2, triangles_of_obj},
       {"binary.stl", binary_stl("made by a test"), 6, 2},
       {"solid.stl", binary_stl("solid x"), 6, 2},
       {"ascii.stl", kAsciiStl, 3, 1, 3, 0, triangles_of_stl},
@@ -241,6 +247,7 @@ std::vector<SmallFile> small_files() {
       {"all.off", kAllOff, 3, 1, 1},
       {"lines.off", "# c\n OFF4 2 0\n" + kVertexLines + "4\n0 1\n2 3\n\n3 0\n1 2\n", 4, 3, 1, 1},
       {"bare.off", "4 3\n" + kVertexLines + kFaceLines, 4, 4, 1, 2},
+      {"padded.off", "OFF\n4 3 0\n" + kVertexLines + kFaceLines + std::string("\0\x1A", 2), 4, 4, 3, 2},
       {"big.off", binary_off(true), 4, 4, 0, 2},
       {"little.off", binary_off(false), 4, 4, 0, 2},
       {"embedded.gltf", embedded_gltf(), 4, 4},
@@ -249,6 +256,7 @@ std::vector<SmallFile> small_files() {
       {"sparse.glb", sparse_glb(), 3, 1},
       {"strip.glb", strip_glb(), 5, 3, 0, 3},  // without a corner a shorter strip, with a repeated one a join
       {"normals.xyz", "# scan\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1e-1 0 0 0 1\n0 0 1.5 0 0 1\n", 4, 4, 0, 1},
+      {"heading.xyz", "//X Y Z R\r\n4\r\n0 0 0 9\r\n1 0 0 9\r\n0 1e-1 0 9\r\n0 0 1.5 9\r\n\x1A", 4, 4, 0, 1},
       {"instances.3mf", package(small_model()), 6, 2},
       {"zip64.3mf", zip64_package(), 3, 1, 22},  // the end record of a plain archive, which Zip64 does not need
       {"plain.obj.gz", gzipped(kObj), 5, 4},

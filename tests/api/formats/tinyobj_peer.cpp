@@ -89,6 +89,7 @@ std::string_view tinyobj_excuse(std::string_view text) {
   if (text.starts_with("\xEF\xBB\xBF")) return "a byte order mark";
   if (text.find('\\') != std::string_view::npos) return "a line that goes on behind a backslash";
   if (text.find_first_of("\v\f") != std::string_view::npos) return "a vertical tab or a form feed";
+  if (text.find_first_of(std::string_view("\0\x1A", 2)) != std::string_view::npos) return "a NUL or 0x1A byte";
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
     if (const auto excuse = excuse_of_line(text.substr(0, end)); !excuse.empty()) return excuse;
