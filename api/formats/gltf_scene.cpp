@@ -365,7 +365,7 @@ std::size_t Scene::nodes_left_out() const {
   for (std::size_t i = 0; i < visited_.size(); ++i) {
     const int mesh = file_.model.nodes[i].mesh;
     if (visited_[i] || mesh < 0 || static_cast<std::size_t>(mesh) >= in_scene_.size()) continue;
-    count += in_scene_[static_cast<std::size_t>(mesh)] ? 1 : 0;
+    if (in_scene_[static_cast<std::size_t>(mesh)]) ++count;
   }
   return count;
 }
