@@ -1,5 +1,6 @@
 #include "api/formats/gltf.h"
 
+#include <algorithm>
 #include <limits>
 #include <new>
 #include <utility>
@@ -54,11 +55,25 @@ Result<Done> load(const Source& source, const std::string& json, tinygltf::Model
 
 using Bytes = std::span<const std::byte>;
 
+constexpr std::string_view kDataUris[] = {"data:application/octet-stream;base64,",
+                                          "data:application/gltf-buffer;base64,"};
+
+bool has_gltf_media_type(std::string_view uri) {
+  return std::ranges::any_of(kDataUris, [&](std::string_view start) { return uri.starts_with(start); });
+}
+
+// Reads data of any media type: a buffer has no other meaning.
 Result<Bytes> decode_data_uri(const Source& source, const std::string& uri, const std::string& where,
                               std::vector<unsigned char>& decoded) {
+  const std::size_t comma = uri.find(',');
+  const bool known = has_gltf_media_type(uri);
+  const bool base64 = comma != std::string::npos && std::string_view(uri).substr(0, comma).ends_with(";base64");
   std::string media_type;
-  if (tinygltf::DecodeDataURI(&decoded, media_type, uri, 0, false)) return std::as_bytes(std::span(decoded));
-  return fail(source, where, "the data URI is not base64 of a known media type");
+  if (base64 && tinygltf::DecodeDataURI(&decoded, media_type,
+                                        known ? uri : std::string(kDataUris[0]) + uri.substr(comma + 1), 0, false)) {
+    return std::as_bytes(std::span(decoded));
+  }
+  return fail(source, where, "the data URI is not base64: expected 'data:application/octet-stream;base64,...'");
 }
 
 Result<Bytes> find_file(const Source& source, const GltfContainer& container, const std::string& uri,
@@ -113,6 +128,19 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
   return out;
 }
 
+void add_remarks(const GltfDocument& document, const GltfContainer& container, ReadMesh& read) {
+  const auto add = [&](const std::string& what, std::size_t count) {
+    if (count != 0) read.notes.remarks.push_back(what + ": " + std::to_string(count));
+  };
+  add("bytes after the end of the GLB, ignored", container.trailing);
+  add("buffers in data URIs of another media type than a glTF allows",
+      static_cast<std::size_t>(std::ranges::count_if(document.buffers, [](const GltfBuffer& buffer) {
+        return buffer.uri.starts_with("data:") && !buffer.fallback && !has_gltf_media_type(buffer.uri);
+      })));
+  read.notes.remarks.insert(read.notes.remarks.end(), document.remarks.begin(), document.remarks.end());
+  read.unread = document.unread;
+}
+
 // `sent`: the file sent, which is the document or the archive that contains it.
 Result<ReadMesh> read_scene(const Source& sent, const Source& source, const GltfContainer& container) {
   const auto document = check_gltf(source, container.json);
@@ -125,7 +153,9 @@ Result<ReadMesh> read_scene(const Source& sent, const Source& source, const Gltf
   GltfBudget budget(sent);
   GltfViews views(source, model, *document, *buffers, budget);
   const GltfAccessors accessors(source, model, views, document->quantized);
-  return read_gltf_scene({source, model, *document, views, accessors, budget});
+  auto read = read_gltf_scene({source, model, *document, views, accessors, budget});
+  if (read) add_remarks(*document, container, *read);
+  return read;
 }
 
 Result<ReadMesh> read_archive(const Source& source) {

@@ -91,31 +91,52 @@ std::uint32_t load_index(const std::byte* p, std::size_t bytes) {
 
 }  // namespace
 
-// No sum or product below overflows 64 bits: all numbers come from check_gltf() and are below 2^53; element_bytes and
-// stride are below 2^8.
+// Returns whether the elements of an accessor lie where glTF does not allow them.
+bool GltfAccessors::is_odd(std::size_t view, std::uint64_t offset, const Element& element) const {
+  const auto stride = views_.stride(view);
+  const std::size_t before = views_.meshopt_stride(view) ? 0 : model_.bufferViews[view].byteOffset;
+  if ((before + offset) % element.component != 0 || offset % element.component != 0) return true;
+  if (!element.strided) return stride.has_value();
+  return offset % 4 != 0 || (stride && (*stride % 4 != 0 || *stride < 4 || *stride > 252));
+}
+
+// No sum or product below overflows 64 bits: all numbers come from check_gltf() and are below 2^53; the bytes of an
+// element are below 2^8.
 Result<GltfAccessors::Elements> GltfAccessors::elements(std::size_t accessor, std::size_t view, std::uint64_t offset,
-                                                        std::uint64_t count, std::size_t element_bytes) const {
+                                                        std::uint64_t count, const Element& element) const {
   const auto bytes = views_.bytes(view, "accessors[" + std::to_string(accessor) + "]");
   if (!bytes) return bytes.error();
   const std::string name = "bufferViews[" + std::to_string(view) + "]";
-  const tinygltf::BufferView& v = model_.bufferViews[view];
-  const std::size_t stride = v.byteStride != 0 ? v.byteStride : element_bytes;
+  const auto fits = [&](std::size_t stride) {
+    return offset <= bytes->size() && (count == 0 || (bytes->size() - offset >= element.bytes &&
+                                                      (bytes->size() - offset - element.bytes) / stride >= count - 1));
+  };
+  std::size_t stride = views_.stride(view).value_or(0);
+  if (stride == 0) stride = element.bytes;
+  if (stride < element.bytes) {
+    return fail(accessor, name + " has a byteStride of " + std::to_string(stride) + ", less than the " +
+                              std::to_string(element.bytes) + " bytes of an element");
+  }
+  if (!element.strided && stride != element.bytes) {
+    // Some programs read them side by side, some byteStride apart.
+    if (count > 1 && fits(stride)) {
+      return fail(accessor,
+                  name + " has a byteStride of " + std::to_string(stride) +
+                      ", which glTF allows for attributes alone: elements of " + std::to_string(element.bytes) +
+                      " bytes may lie side by side or that far apart; save the model without this byteStride");
+    }
+    stride = element.bytes;
+  }
   if (const auto packed = views_.meshopt_stride(view); packed && count > 1 && *packed != stride) {
     return fail(accessor, name + " holds elements " + std::to_string(*packed) +
                               " bytes apart by its compression, and " + std::to_string(stride) +
                               " bytes apart by its byteStride; both must be the same");
   }
-  if (stride < element_bytes) {
-    return fail(accessor, name + " has a byteStride of " + std::to_string(stride) + ", less than the " +
-                              std::to_string(element_bytes) + " bytes of an element");
-  }
-  const bool fits =
-      offset <= bytes->size() && (count == 0 || (bytes->size() - offset >= element_bytes &&
-                                                 (bytes->size() - offset - element_bytes) / stride >= count - 1));
-  if (!fits) {
+  if (!fits(stride)) {
     return fail(accessor, std::to_string(count) + " elements reach beyond " + name + " of " +
                               std::to_string(bytes->size()) + " bytes");
   }
+  if (is_odd(view, offset, element)) views_.add_odd(view);
   return Elements{bytes->data() + offset, stride, static_cast<std::size_t>(count)};
 }
 
@@ -148,7 +169,7 @@ Error GltfAccessors::of_another_type(std::size_t accessor, const std::string& ex
 }
 
 template <class T, class Decode>
-Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t most, std::size_t element_bytes,
+Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t most, const Element& element,
                                            const Decode& decode, const GltfColumn* column) const {
   const tinygltf::Accessor& a = model_.accessors[accessor];
   const std::size_t count = std::min(a.count, most);
@@ -156,7 +177,7 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
   if (column != nullptr) {
     if (auto ok = work(accessor, column->count); !ok) return std::move(ok).error();
     values.reserve(column->count);
-    for (std::size_t i = 0; i < column->count; ++i) values.push_back(decode(&column->bytes[i * element_bytes]));
+    for (std::size_t i = 0; i < column->count; ++i) values.push_back(decode(&column->bytes[i * element.bytes]));
     return values;
   }
   if (a.bufferView < 0) {
@@ -169,20 +190,20 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
     const std::byte zeros[64] = {};
     values.resize(count, decode(zeros));
   } else {
-    const auto found = elements(accessor, static_cast<std::size_t>(a.bufferView), a.byteOffset, a.count, element_bytes);
+    const auto found = elements(accessor, static_cast<std::size_t>(a.bufferView), a.byteOffset, a.count, element);
     if (!found) return found.error();
     if (auto ok = work(accessor, count); !ok) return std::move(ok).error();
     values.reserve(count);
     for (std::size_t i = 0; i < count; ++i) values.push_back(decode(found->at(i)));
   }
   if (a.sparse.isSparse) {
-    if (auto ok = read_sparse(accessor, element_bytes, decode, values); !ok) return std::move(ok).error();
+    if (auto ok = read_sparse(accessor, element, decode, values); !ok) return std::move(ok).error();
   }
   return values;
 }
 
 template <class T, class Decode>
-Result<Done> GltfAccessors::read_sparse(std::size_t accessor, std::size_t element_bytes, const Decode& decode,
+Result<Done> GltfAccessors::read_sparse(std::size_t accessor, const Element& element, const Decode& decode,
                                         std::vector<T>& values) const {
   const auto& sparse = model_.accessors[accessor].sparse;
   const auto count = static_cast<std::uint64_t>(sparse.count);
@@ -192,11 +213,13 @@ Result<Done> GltfAccessors::read_sparse(std::size_t accessor, std::size_t elemen
                               std::to_string(sparse.indices.componentType));
   }
   if (auto ok = work(accessor, count); !ok) return ok;
-  const auto places = elements(accessor, static_cast<std::size_t>(sparse.indices.bufferView),
-                               static_cast<std::uint64_t>(sparse.indices.byteOffset), count, bytes);
+  const auto places =
+      elements(accessor, static_cast<std::size_t>(sparse.indices.bufferView),
+               static_cast<std::uint64_t>(sparse.indices.byteOffset), count, Element{bytes, bytes, false});
   if (!places) return places.error();
   const auto replacements = elements(accessor, static_cast<std::size_t>(sparse.values.bufferView),
-                                     static_cast<std::uint64_t>(sparse.values.byteOffset), count, element_bytes);
+                                     static_cast<std::uint64_t>(sparse.values.byteOffset), count,
+                                     Element{element.bytes, element.component, false});
   if (!replacements) return replacements.error();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t place = load_index(places->at(i), bytes);
@@ -233,7 +256,7 @@ Result<std::vector<Eigen::Matrix<double, N, 1>>> GltfAccessors::vectors(std::siz
     for (int k = 0; k < N; ++k) out[k] = component(p + static_cast<std::size_t>(k) * bytes, type, normalized);
     return out;
   };
-  auto values = read<Vector>(accessor, most, N * bytes, decode, column);
+  auto values = read<Vector>(accessor, most, {N * bytes, bytes, use.strided}, decode, column);
   if (!values) return values;
   for (std::size_t i = 0; i < values->size(); ++i) {
     if (!(*values)[i].allFinite()) {
@@ -283,7 +306,8 @@ Result<std::vector<std::array<std::uint32_t, 4>>> GltfAccessors::joints(std::siz
 }
 
 Result<std::vector<Eigen::Matrix4d>> GltfAccessors::matrices(std::size_t accessor, std::size_t most) const {
-  const Use use{TINYGLTF_TYPE_MAT4, is_float, "inverseBindMatrices must be of type MAT4 and of float components"};
+  const Use use{TINYGLTF_TYPE_MAT4, is_float, "inverseBindMatrices must be of type MAT4 and of float components",
+                false};
   const auto read = vectors<16>(accessor, use, nullptr, most);
   if (!read) return read.error();
   std::vector<Eigen::Matrix4d> out;
@@ -300,7 +324,7 @@ Result<std::vector<std::uint32_t>> GltfAccessors::indices(std::size_t accessor) 
     return of_another_type(accessor, "indices must be of type SCALAR and of unsigned integers", a.componentType);
   }
   const auto decode = [bytes](const std::byte* p) { return load_index(p, bytes); };
-  return read<std::uint32_t>(accessor, kAll, bytes, decode, nullptr);
+  return read<std::uint32_t>(accessor, kAll, {bytes, bytes, false}, decode, nullptr);
 }
 
 }  // namespace meshgauge::api

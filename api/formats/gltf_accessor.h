@@ -63,6 +63,14 @@ class GltfAccessors {
     int type;
     bool (*allows)(int component_type, bool normalized);
     std::string expected;  // for messages: "POSITION must be of type VEC3 and of float components"
+    bool strided = true;   // as for Element
+  };
+
+  // Sizes in bytes. `strided`: glTF allows a byteStride, as it does for attributes alone.
+  struct Element {
+    std::size_t bytes;
+    std::size_t component;
+    bool strided;
   };
 
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
@@ -71,13 +79,14 @@ class GltfAccessors {
   Result<std::vector<Eigen::Matrix<double, N, 1>>> vectors(std::size_t accessor, const Use& use,
                                                            const GltfColumn* column, std::size_t most = kAll) const;
   template <class T, class Decode>
-  Result<std::vector<T>> read(std::size_t accessor, std::size_t most, std::size_t element_bytes, const Decode& decode,
+  Result<std::vector<T>> read(std::size_t accessor, std::size_t most, const Element& element, const Decode& decode,
                               const GltfColumn* column) const;
   template <class T, class Decode>
-  Result<Done> read_sparse(std::size_t accessor, std::size_t element_bytes, const Decode& decode,
+  Result<Done> read_sparse(std::size_t accessor, const Element& element, const Decode& decode,
                            std::vector<T>& values) const;
   Result<Elements> elements(std::size_t accessor, std::size_t view, std::uint64_t offset, std::uint64_t count,
-                            std::size_t element_bytes) const;
+                            const Element& element) const;
+  bool is_odd(std::size_t view, std::uint64_t offset, const Element& element) const;
   Result<Done> check_count(std::size_t accessor, const GltfColumn* column) const;
   Error of_another_type(std::size_t accessor, const std::string& expected, int component_type) const;
   Result<Done> work(std::size_t accessor, std::size_t steps) const {

@@ -20,7 +20,13 @@ Error fail_at(const Source& source, std::size_t offset, const std::string& what)
   return at_byte(source, offset, ErrorCode::unreadable_mesh, "GLB: " + what);
 }
 
-Result<Done> check_header(const Source& source) {
+std::string lengths(const Source& source) {
+  return "the header says " + std::to_string(u32_at(source, 8)) + " bytes, the file has " +
+         std::to_string(source.bytes.size());
+}
+
+// Returns the end of the GLB by its header.
+Result<std::size_t> check_header(const Source& source) {
   if (!source.text().starts_with("glTF")) return fail_at(source, 0, "the file does not begin with 'glTF'");
   if (source.bytes.size() < kGlbHeaderBytes) return fail_at(source, source.bytes.size(), "truncated in the header");
   const std::uint32_t version = u32_at(source, 4);
@@ -29,11 +35,28 @@ Result<Done> check_header(const Source& source) {
     return at_byte(source, 4, ErrorCode::unsupported_format,
                    "GLB: version " + std::to_string(version) + " is not supported, only 2");
   }
-  const std::size_t length = u32_at(source, 8);
-  const std::string lengths =
-      "the header says " + std::to_string(length) + " bytes, the file has " + std::to_string(source.bytes.size());
-  if (length > source.bytes.size()) return fail_at(source, 8, "truncated: " + lengths);
-  if (length < source.bytes.size()) return fail_at(source, 8, "left-over bytes: " + lengths);
+  const std::size_t end = u32_at(source, 8);
+  if (end > source.bytes.size()) return fail_at(source, 8, "truncated: " + lengths(source));
+  if (end < kGlbHeaderBytes) return fail_at(source, 8, "left-over bytes: " + lengths(source));
+  return end;
+}
+
+// Refuses a tail that holds more of a scene: another GLB, or a chunk, whose type follows its length.
+Result<Done> check_tail(const Source& source, std::size_t end) {
+  const std::string_view text = source.text();
+  for (std::size_t at = end; (at = text.find("glTF", at)) != std::string_view::npos; at += 4) {
+    const bool is_header = text.size() - at >= 8 && u32_at(source, at + 4) <= 2;
+    if (at != end && !is_header) continue;
+    return fail_at(source, at, "another GLB after the end of the first; write each to a file of its own");
+  }
+  for (const std::uint32_t type : {kJson, kBinary}) {
+    const std::string_view word(reinterpret_cast<const char*>(&type), sizeof type);
+    for (std::size_t at = end + 4; (at = text.find(word, at)) != std::string_view::npos; at += 4) {
+      const bool fits = u32_at(source, at - 4) <= text.size() - at - 4;
+      if (at != end + 4 && !fits) continue;
+      return fail_at(source, at - 4, "left-over bytes: a chunk after the end: " + lengths(source));
+    }
+  }
   return Done{};
 }
 
@@ -57,26 +80,33 @@ Error gltf_1_error(const Source& source) {
 }
 
 Result<GltfContainer> open_glb(const Source& source) {
-  if (auto ok = check_header(source); !ok) return std::move(ok).error();
+  const auto end = check_header(source);
+  if (!end) return end.error();
   GltfContainer out;
   std::size_t number = 0;
-  for (std::size_t offset = kGlbHeaderBytes; offset < source.bytes.size(); ++number) {
-    if (source.bytes.size() - offset < kChunkHeaderBytes) return fail_at(source, offset, "truncated chunk header");
+  for (std::size_t offset = kGlbHeaderBytes; offset < *end; ++number) {
+    const bool fits = *end - offset >= kChunkHeaderBytes && u32_at(source, offset) <= *end - offset - kChunkHeaderBytes;
+    if (!fits && *end < source.bytes.size()) return fail_at(source, 8, "left-over bytes: " + lengths(source));
+    if (*end - offset < kChunkHeaderBytes) return fail_at(source, offset, "truncated chunk header");
     const std::size_t length = u32_at(source, offset);
-    if (length > source.bytes.size() - offset - kChunkHeaderBytes) {
+    if (!fits) {
       return fail_at(source, offset, "truncated: a chunk of " + std::to_string(length) + " bytes is announced");
     }
     if (auto ok = take_chunk(source, offset, number, out); !ok) return std::move(ok).error();
     offset += kChunkHeaderBytes + length;
   }
+  if (auto ok = check_tail(source, *end); !ok) return std::move(ok).error();
   if (number == 0) return fail_at(source, kGlbHeaderBytes, "no JSON chunk");
+  out.trailing = source.bytes.size() - *end;
   return out;
 }
 
 GltfContainer open_gltf(const Source& source) {
   std::string_view text = source.text();
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  return {text, std::nullopt, nullptr};
+  GltfContainer out;
+  out.json = text;
+  return out;
 }
 
 }  // namespace meshgauge::api

@@ -8,6 +8,7 @@
 #include "api/formats/file_path.h"
 #include "api/formats/gltf_extensions.h"
 #include "api/formats/gltf_members.h"
+#include "api/formats/gltf_unread.h"
 
 namespace meshgauge::api {
 namespace {
@@ -112,6 +113,7 @@ Result<GltfDocument> reduce(const Source& source, const json& whole) {
   json& root = *members;
   GltfDocument out;
   if (auto ok = take_gltf_extensions(source, root, out); !ok) return std::move(ok).error();
+  count_gltf_unread(whole, out);
   take_buffers(root, out);
   if (auto ok = check_uris(source, out.buffers); !ok) return std::move(ok).error();
   root.erase("buffers");

@@ -11,6 +11,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "api/formats/gltf_container.h"
+#include "api/formats/unread.h"
 
 namespace meshgauge::api {
 
@@ -31,6 +32,7 @@ struct GltfDraco {
 struct GltfFaces {
   std::optional<std::size_t> indices;  // accessor
   std::optional<GltfDraco> draco;
+  bool foreign = false;  // has an extension that is counted as unread, and may do without POSITION and a known mode
 };
 
 // EXT_meshopt_compression or KHR_meshopt_compression of a bufferView.
@@ -54,11 +56,14 @@ struct GltfInstancing {
 struct GltfDocument {
   std::string json;  // asset, scene, scenes, nodes, skins, meshes, accessors and bufferViews, their known members only
   std::vector<GltfBuffer> buffers;
+  std::vector<std::optional<std::size_t>> strides;   // [bufferView]: its byteStride, which tinygltf would refuse if odd
   bool quantized = false;                            // KHR_mesh_quantization is used
   std::vector<std::vector<GltfFaces>> faces;         // [mesh][primitive]
   std::map<std::size_t, GltfMeshopt> meshopt;        // key: bufferView
   std::map<std::size_t, GltfInstancing> instancing;  // key: node
   std::set<std::size_t> hidden;                      // nodes hidden, with all below them (KHR_node_visibility)
+  Unread unread;
+  std::vector<std::string> remarks;
 };
 
 // Checks depth and number of values, then JSON syntax, types, integer ranges, the version, the extensions and the URIs.

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/formats/gltf_registry.h"
+
 namespace meshgauge::api {
 namespace {
 
@@ -11,42 +13,10 @@ using nlohmann::json;
 
 constexpr std::string_view kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-// Extensions that are read.
-constexpr std::string_view kRead[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                      "KHR_meshopt_compression",    "KHR_mesh_quantization",
-                                      "EXT_mesh_gpu_instancing",    "KHR_node_visibility"};
-
-// Extensions without effect on the surface: they change materials, textures, lights, sounds, animations or metadata.
-constexpr std::string_view kHarmlessFamilies[] = {
-    "KHR_materials_", "EXT_materials_",  "ADOBE_materials_", "NV_materials_", "KHR_texture_",
-    "EXT_texture_",   "GOOGLE_texture_", "MPEG_texture_",    "KHR_lights_",   "EXT_lights_",
-    "KHR_xmp",        "KHR_audio",       "MSFT_audio_",      "EXT_audio_"};
-constexpr std::string_view kHarmless[] = {"KHR_animation_pointer",
-                                          "KHR_techniques_webgl",
-                                          "KHR_technique_webgl",
-                                          "KHR_blend",
-                                          "MSFT_texture_dds",
-                                          "MSFT_packing_normalRoughnessMetallic",
-                                          "MSFT_packing_occlusionRoughnessMetallic",
-                                          "FB_ngon_encoding",
-                                          "FB_geometry_metadata",
-                                          "EXT_mesh_features",
-                                          "EXT_instance_features",
-                                          "EXT_structural_metadata",
-                                          "EXT_feature_metadata",
-                                          "CESIUM_primitive_outline",
-                                          "GODOT_single_root",
-                                          "AGI_stk_metadata"};
-
-bool is_known(std::string_view extension) {
-  return std::ranges::count(kRead, extension) > 0 || std::ranges::count(kHarmless, extension) > 0 ||
-         std::ranges::any_of(kHarmlessFamilies, [&](std::string_view family) { return extension.starts_with(family); });
-}
-
 Result<Done> check_required(const Source& source, const json& root, GltfDocument& out) {
   const auto names = [&](const char* key) { return root.value(key, std::vector<std::string>()); };
   for (const std::string& extension : names("extensionsRequired")) {
-    if (is_known(extension)) continue;
+    if (may_be_required(gltf_extension(extension))) continue;
     return at(source, "extensionsRequired", ErrorCode::unsupported_format,
               "the extension " + in_quotes(extension) + " is not supported; save the model without it");
   }
@@ -104,8 +74,8 @@ void take_faces(json& root, GltfDocument& out) {
   }
 }
 
-// Refuses a view with both extensions: each forbids the other, and the choice would be arbitrary.
-Result<Done> take_meshopt(const Source& source, json& views, GltfDocument& out) {
+// Refuses a view with both extensions of meshopt: each forbids the other, and the choice would be arbitrary.
+Result<Done> take_views(const Source& source, json& views, GltfDocument& out) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (const std::string_view name : kMeshoptNames) {
       const json* found = extension_of(views[i], name);
@@ -116,6 +86,8 @@ Result<Done> take_meshopt(const Source& source, json& views, GltfDocument& out) 
       }
       out.meshopt[i] = meshopt_of(*found);
     }
+    out.strides.push_back(index_of(views[i], "byteStride"));
+    views[i].erase("byteStride");
     views[i].erase("extensions");
   }
   return Done{};
@@ -140,7 +112,7 @@ Result<Done> take_gltf_extensions(const Source& source, json& root, GltfDocument
   if (auto ok = check_required(source, root, out); !ok) return ok;
   if (root.contains("meshes")) take_faces(root, out);
   if (root.contains("bufferViews")) {
-    if (auto ok = take_meshopt(source, root["bufferViews"], out); !ok) return ok;
+    if (auto ok = take_views(source, root["bufferViews"], out); !ok) return ok;
   }
   if (root.contains("nodes")) take_node_extensions(root["nodes"], out);
   for (const char* done : {"extensionsUsed", "extensionsRequired"}) root.erase(done);

@@ -7,8 +7,8 @@
 
 namespace meshgauge::api {
 
-// Moves the extensions and each primitive's indices from the members of take_gltf_members() to `out`. Refuses a
-// required extension by name, unless it is read or known not to affect the surface.
+// Moves the extensions, the strides of views and each primitive's indices from the members of take_gltf_members() to
+// `out`. Refuses a required extension by name, unless it is read or known not to affect the surface.
 Result<Done> take_gltf_extensions(const Source& source, nlohmann::json& root, GltfDocument& out);
 
 // Returns true when a buffer only replaces data that meshopt compresses.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/formats/fan.h"
+#include "api/formats/gltf_corners.h"
 #include "api/formats/gltf_deform.h"
 #include "api/formats/gltf_draco.h"
 #include "api/formats/gltf_nodes.h"
@@ -50,6 +51,7 @@ class Scene {
     std::size_t hidden = 0;         // hidden nodes with a mesh
     std::set<std::size_t> skinned;  // indices of meshes
     std::set<std::size_t> morphed;
+    std::size_t left_over = 0;  // corners of incomplete last triangles
   };
 
   Result<std::vector<int>> roots() const;
@@ -62,12 +64,11 @@ class Scene {
   Result<const GltfDracoMesh*> draco(std::size_t mesh, std::size_t index, const std::string& where);
   Result<std::uint32_t> place_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing);
   Result<std::vector<Vec3>> local_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing);
-  Result<std::vector<std::uint32_t>> corners(const GltfFaces& faces, const std::string& where,
-                                             std::size_t vertices) const;
   Result<Done> surface(std::size_t mesh, std::size_t index, const Placing& placing, const std::string& where);
   Result<Done> points(const std::vector<std::uint32_t>& corners, std::uint32_t first, const std::string& where);
   Result<Done> triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
                          const std::string& where);
+  std::size_t nodes_left_out() const;
   void add_remarks();
 
   const GltfFile& file_;
@@ -236,6 +237,8 @@ Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing
     ++out_.notes.skipped_primitives;
     return Done{};
   }
+  const bool is_foreign = primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN || !primitive.attributes.contains("POSITION");
+  if (is_foreign && file_.document.faces[mesh][index].foreign) return Done{};  // counted by count_gltf_unread()
   if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
     return file_.fail(where, "mode " + std::to_string(primitive.mode) + " does not exist");
   }
@@ -253,7 +256,7 @@ Result<Done> Scene::surface(std::size_t mesh, std::size_t index, const Placing& 
   if (!faces.draco) {
     const auto first = place_vertices({primitive, where, nullptr}, accessor, placing);
     if (!first) return first.error();
-    const auto used = corners(faces, where, file_.model.accessors[accessor].count);
+    const auto used = gltf_corners(file_, faces, where, file_.model.accessors[accessor].count);
     if (!used) return used.error();
     return triangles(primitive.mode, *used, *first, where);
   }
@@ -318,31 +321,11 @@ Result<std::vector<Vec3>> Scene::local_vertices(const GltfShape& shape, std::siz
   return positions;
 }
 
-Result<std::vector<std::uint32_t>> Scene::corners(const GltfFaces& faces, const std::string& where,
-                                                  std::size_t vertices) const {
-  if (!faces.indices) {
-    std::vector<std::uint32_t> all(vertices);
-    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-    return all;
-  }
-  auto read = file_.accessors.indices(*faces.indices);
-  if (!read) return read;
-  for (std::size_t i = 0; i < read->size(); ++i) {
-    if ((*read)[i] < vertices) continue;
-    return at(file_.source, where, ErrorCode::index_out_of_range,
-              "index " + std::to_string((*read)[i]) + " at place " + std::to_string(i) + ", but there are " +
-                  std::to_string(vertices) + " vertices");
-  }
-  return read;
-}
-
 Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
                               const std::string& where) {
   if (mode == TINYGLTF_MODE_POINTS) return points(corners, first, where);
   const bool separate = mode == TINYGLTF_MODE_TRIANGLES;
-  if (separate && corners.size() % 3 != 0) {
-    return file_.fail(where, std::to_string(corners.size()) + " corners are not a multiple of three");
-  }
+  counts_.left_over += separate ? corners.size() % 3 : (corners.size() < 3 ? corners.size() : 0);
   const std::size_t count = separate ? corners.size() / 3 : (corners.size() < 3 ? 0 : corners.size() - 2);
   if (count > file_.source.limits.max_triangles - out_.mesh.triangles.size()) {
     return too_many(file_.source, "triangles", file_.source.limits.max_triangles);
@@ -350,7 +333,7 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
   if (auto ok = file_.budget.work(corners.size(), where); !ok) return ok;
   reserve_more(out_.mesh.triangles, count);
   if (separate) {
-    for (std::size_t i = 0; i < corners.size(); i += 3) {
+    for (std::size_t i = 0; i < 3 * count; i += 3) {
       out_.mesh.triangles.push_back({first + corners[i], first + corners[i + 1], first + corners[i + 2]});
     }
   } else if (mode == TINYGLTF_MODE_TRIANGLE_FAN) {
@@ -376,10 +359,24 @@ Result<Done> Scene::points(const std::vector<std::uint32_t>& corners, std::uint3
   return Done{};
 }
 
+// Counts nodes only where unused_objects does not count their mesh.
+std::size_t Scene::nodes_left_out() const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < visited_.size(); ++i) {
+    const int mesh = file_.model.nodes[i].mesh;
+    if (visited_[i] || mesh < 0 || static_cast<std::size_t>(mesh) >= in_scene_.size()) continue;
+    if (in_scene_[static_cast<std::size_t>(mesh)]) ++count;
+  }
+  return count;
+}
+
 void Scene::add_remarks() {
   const auto add = [this](const char* what, std::size_t count) {
     if (count != 0) out_.notes.remarks.push_back(what + (": " + std::to_string(count)));
   };
+  add("bufferViews with elements where glTF does not allow them (offset or byteStride)", file_.views.odd());
+  add("corners of incomplete last triangles, left out", counts_.left_over);
+  add("nodes outside the scene whose mesh is also in it, left out", nodes_left_out());
   add("primitives decoded from Draco", draco_.size());
   add("bufferViews decompressed by meshopt", file_.views.decompressed());
   add("meshes skinned to the pose that the file stores", counts_.skinned.size());

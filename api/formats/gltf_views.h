@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,6 +33,13 @@ class GltfViews {
     return found == document_.meshopt.end() ? std::nullopt : std::optional<std::size_t>(found->second.stride);
   }
 
+  // Returns the byteStride that the file gives an existing view; nullopt: none.
+  std::optional<std::size_t> stride(std::size_t view) const { return document_.strides[view]; }
+
+  // Counts a view whose elements lie where glTF does not allow them, once.
+  void add_odd(std::size_t view) { odd_.insert(view); }
+  std::size_t odd() const { return odd_.size(); }
+
   GltfBudget& budget() const { return budget_; }
   std::size_t decompressed() const { return decompressed_.size(); }  // number of views decompressed so far
 
@@ -46,6 +54,7 @@ class GltfViews {
   std::span<const std::span<const std::byte>> buffers_;
   GltfBudget& budget_;
   std::map<std::size_t, std::vector<std::byte>> decompressed_;
+  std::set<std::size_t> odd_;
 };
 
 }  // namespace meshgauge::api

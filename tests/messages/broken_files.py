@@ -219,6 +219,11 @@ def gltf_files():
     nan = struct.pack("<f", float("nan")) + DATA[4:]
     beyond = DATA[:36] + struct.pack("<3H", 0, 1, 9) + bytes(2)
 
+    restart = DATA[:36] + struct.pack("<3H", 0, 1, 65535) + bytes(2)
+
+    def stride(whole):
+        whole["bufferViews"][1].update(byteOffset=24, byteLength=20, byteStride=4)
+
     def data(content):
         return put("buffers.0.uri", "data:application/octet-stream;base64," + base64.b64encode(content).decode())
 
@@ -243,6 +248,11 @@ def gltf_files():
         ("data that are not base64", gltf(put("buffers.0.uri", "data:application/octet-stream;base64,***"))),
         ("a coordinate that is NaN", gltf(data(nan))),
         ("an index beyond the last vertex", gltf(data(beyond))),
+        ("an index that restarts a primitive", gltf(data(restart))),
+        ("indices with a byteStride", gltf(stride)),
+        ("a byteStride less than an element", gltf(put("bufferViews.0.byteStride", 6))),
+        ("voxels alone", gltf(put("meshes.0.primitives.0", {"attributes": {}, "mode": 2147483647, "extensions": {
+            "EXT_primitive_voxels": {}}}))),
         ("no triangles, lines alone", gltf(put("meshes.0.primitives.0.mode", 1))),
     ]
 
@@ -260,6 +270,9 @@ def glb_files():
         ("version 1", glb(good, version=1)),
         ("another length than announced", glb(good, length=4096)),
         ("cut within a chunk", glb(good)[:-20]),
+        ("a length that cuts a chunk", glb(good, length=500)),
+        ("two GLB in one file", glb(good) + glb(good)),
+        ("a chunk after the end", glb(good) + struct.pack("<II", 4, 0x004E4942) + b"more"),
         ("a first chunk that is not JSON", glb(good, kind=0x12345678)),
         ("a buffer that is longer than the BIN chunk", glb(good, binary=DATA[:20])),
     ]

@@ -37,6 +37,89 @@ TEST_CASE("gltf: indices of 8, 16 and 32 bits, strides") {
   CHECK(contains(refusal(glb(document, spread), ""), "4 elements reach beyond bufferViews[0]"));
 }
 
+namespace {
+
+const std::string kOdd = "bufferViews with elements where glTF does not allow them (offset or byteStride): ";
+
+// Three vertices of 16 bits, `stride` bytes apart, after `before` bytes; no indices.
+std::string spread_out(std::size_t stride, std::size_t before, const json& said) {
+  std::string data(before, 'b');
+  for (const int vertex : {0, 1, 2}) {
+    for (const int k : {0, 1, 2}) data += raw(static_cast<std::uint16_t>(vertex == k ? 9 : 0));
+    data += std::string(stride - 6, 's');
+  }
+  json document = tetrahedron();
+  document["extensionsRequired"] = {"KHR_mesh_quantization"};
+  document["buffers"][0]["byteLength"] = data.size();
+  document["bufferViews"] = {{{"buffer", 0}, {"byteLength", data.size()}}};
+  if (!said.is_null()) document["bufferViews"][0]["byteStride"] = said;
+  document["accessors"] = {
+      {{"bufferView", 0}, {"byteOffset", before}, {"componentType", 5123}, {"count", 3}, {"type", "VEC3"}}};
+  document["meshes"][0]["primitives"][0].erase("indices");
+  return glb(document, data);
+}
+
+}  // namespace
+
+TEST_CASE("gltf: strides and offsets of attributes that glTF does not allow are read, and noted") {
+  struct Layout {
+    std::size_t stride;
+    std::size_t before;
+    json said;
+    bool odd;
+  };
+  const Layout layouts[] = {{6, 0, 6, true},   {6, 0, 0, true},     {6, 0, nullptr, false}, {7, 0, 7, true},
+                            {8, 0, 8, false},  {8, 4, 8, false},    {8, 2, 8, true},        {6, 3, 6, true},
+                            {10, 1, 10, true}, {256, 0, 256, true}, {252, 0, 252, false}};
+  for (const Layout& layout : layouts) {
+    CAPTURE(layout.said.dump());
+    CAPTURE(layout.before);
+    const auto result = read(spread_out(layout.stride, layout.before, layout.said), "m.glb");
+    REQUIRE(result.ok());
+    CHECK(result->mesh.positions == std::vector<Vec3>{{9, 0, 0}, {0, 9, 0}, {0, 0, 9}});
+    CHECK(result->notes.remarks == (layout.odd ? std::vector{kOdd + "1"} : std::vector<std::string>{}));
+  }
+  for (const int stride : {1, 3, 5}) {
+    CHECK(contains(refusal(spread_out(6, 0, stride), ""),
+                   "bufferViews[0] has a byteStride of " + std::to_string(stride) + ", less than the 6 bytes"));
+  }
+  CHECK(contains(refusal(spread_out(6, 0, 7), ""), "3 elements reach beyond bufferViews[0] of 18 bytes"));
+}
+
+TEST_CASE("gltf: a view that only other attributes use may have any stride") {
+  json document = tetrahedron();
+  document["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 48}, {"byteStride", 3}});
+  document["accessors"].push_back({{"bufferView", 2}, {"componentType", 5126}, {"count", 4}, {"type", "VEC3"}});
+  document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 2;
+  const auto result = read(glb(document), "m.glb");
+  REQUIRE(result.ok());
+  CHECK(result->notes.remarks.empty());
+}
+
+TEST_CASE("gltf: a byteStride of indices is read where it has one meaning, else refused") {
+  const Mesh expected = mesh_of(glb(tetrahedron()));
+  json document = tetrahedron();
+  for (const int stride : {0, 2, 6, 12}) {  // those of 6 and 12 bytes do not fit: a triangle or two were meant
+    document["bufferViews"][1]["byteStride"] = stride;
+    const auto result = read(glb(document), "m.glb");
+    REQUIRE(result.ok());
+    CHECK(result->mesh.triangles == expected.triangles);
+    CHECK(result->notes.remarks == std::vector{kOdd + "1"});
+  }
+  document["accessors"][1]["count"] = 6;
+  document["bufferViews"][1]["byteStride"] = 4;
+  CHECK(contains(refusal(glb(document), ""),
+                 "accessors[1] of 'a': bufferViews[1] has a byteStride of 4, which glTF allows for attributes alone: "
+                 "elements of 2 bytes may lie side by side or that far apart; save the model without this byteStride"));
+  document["bufferViews"][1]["byteStride"] = 1;
+  CHECK(contains(refusal(glb(document), ""), "bufferViews[1] has a byteStride of 1, less than the 2 bytes"));
+  document["bufferViews"][1].erase("byteStride");
+  document["bufferViews"][1]["byteOffset"] = 47;
+  document["accessors"][1]["byteOffset"] = 1;
+  document["accessors"][1]["count"] = 6;
+  CHECK(read(glb(document), "")->notes.remarks == std::vector{kOdd + "1"});
+}
+
 TEST_CASE("gltf: sparse accessors, with and without data below") {
   json document = tetrahedron();
   // Replaces vertex 2 (the index at byte 50) by vertex 1 (the value at byte 12).

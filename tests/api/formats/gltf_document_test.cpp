@@ -80,7 +80,28 @@ TEST_CASE("gltf: nothing outside the file is opened") {
   CHECK(contains(refused("/buffers/0/uri", "a.bin"), "names the file 'a.bin', which was not sent with it"));
   CHECK(contains(refused("/buffers/0/uri", "data:application/octet-stream;base64,AA!AA"), "but there are"));
   CHECK(contains(refused("/buffers/0/uri", "data:text/html,abc"), "the data URI is not base64"));
+  CHECK(contains(refused("/buffers/0/uri", "data:base64"), "the data URI is not base64"));
   CHECK(refused("/images", json::array({{{"uri", "/etc/passwd"}}})).empty());  // images are not read
+}
+
+TEST_CASE("gltf: data URIs of any media type are read, and noted") {
+  const std::string data = base64(tetrahedron_data());
+  const auto embedded = [&](const std::string& start) {
+    json document = tetrahedron();
+    document["buffers"][0]["uri"] = start + data;
+    return read(document.dump(), "m.gltf");
+  };
+  for (const char* start : {"data:application/octet-stream;base64,", "data:application/gltf-buffer;base64,"}) {
+    REQUIRE(embedded(start).ok());
+    CHECK(embedded(start)->notes.remarks.empty());
+  }
+  for (const char* start : {"data:;base64,", "data:text/plain;base64,", "data:model/gltf-buffer;charset=x;base64,"}) {
+    const auto result = embedded(start);
+    REQUIRE(result.ok());
+    CHECK(result->mesh.triangles.size() == 4);
+    CHECK(result->notes.remarks ==
+          std::vector<std::string>{"buffers in data URIs of another media type than a glTF allows: 1"});
+  }
 }
 
 TEST_CASE("gltf: JSON that is deep, long or broken is refused") {

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <tuple>
+
 #include "tests/api/formats/gltf_files.h"
 
 namespace meshgauge::api::test {
@@ -100,7 +102,57 @@ TEST_CASE("gltf: every mode of triangles, points and lines are counted") {
   primitives[0]["mode"] = 7;
   CHECK(contains(refusal(glb(document), ""), "mode 7 does not exist"));
   primitives[0]["mode"] = 4;
-  CHECK(contains(refusal(glb(document), ""), "4 corners are not a multiple of three"));
+  CHECK(code(glb(document), "") == std::nullopt);
+}
+
+TEST_CASE("gltf: an incomplete last triangle is left out, and noted") {
+  const std::string note = "corners of incomplete last triangles, left out: ";
+  json document = tetrahedron();
+  json& primitives = document["meshes"][0]["primitives"];
+  for (const int count : {10, 11}) {
+    document["accessors"][1]["count"] = count;
+    const auto result = read(glb(document), "");
+    REQUIRE(result.ok());
+    CHECK(result->mesh.triangles == std::vector<Triangle>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}});
+    CHECK(result->notes.remarks == std::vector{note + std::to_string(count - 9)});
+  }
+  primitives[0].erase("indices");  // four vertices
+  CHECK(read(glb(document), "")->notes.remarks == std::vector{note + "1"});
+  document["accessors"][1]["count"] = 2;
+  primitives.push_back({{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"mode", 5}});
+  CHECK(read(glb(document), "")->notes.remarks == std::vector{note + "3"});
+  primitives = json::array({primitives[1]});
+  CHECK(code(glb(document), "") == ErrorCode::empty_mesh);
+}
+
+TEST_CASE("gltf: an index that restarts a primitive is refused") {
+  const auto with_last = [](int type, const std::string& index) {
+    json document = tetrahedron();
+    std::string data = tetrahedron_data().substr(0, 48);
+    for (int i = 0; i < 5; ++i) data += std::string(1, static_cast<char>(i % 3)) + std::string(index.size() - 1, '\0');
+    data += index;
+    document["buffers"][0]["byteLength"] = data.size();
+    document["bufferViews"][1]["byteLength"] = data.size() - 48;
+    document["accessors"][1].update({{"componentType", type}, {"count", 6}});
+    document["meshes"][0]["primitives"][0]["mode"] = 5;
+    return refusal(glb(document, data), "");
+  };
+  for (const auto& [type, bytes, name] :
+       {std::tuple(5121, 1, "255"), std::tuple(5123, 2, "65535"), std::tuple(5125, 4, "4294967295")}) {
+    CHECK(contains(with_last(type, std::string(static_cast<std::size_t>(bytes), '\xFF')),
+                   std::string("primitives[0] of 'a': index ") + name +
+                       " at place 5, the largest of its type, which restarts a primitive in some programs"));
+  }
+  // Refused even where there is such a vertex.
+  json document = tetrahedron();
+  const std::string data(std::size_t{256} * 12, '\0');
+  document["buffers"][0]["byteLength"] = data.size() + 3;
+  document["bufferViews"][0]["byteLength"] = data.size();
+  document["bufferViews"][1] = {{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", 3}};
+  document["accessors"][0]["count"] = 256;
+  document["accessors"][1].update({{"componentType", 5121}, {"count", 3}});
+  CHECK(refusal(glb(document, data + "\x01\x02\xFE"), "").empty());
+  CHECK(contains(refusal(glb(document, data + "\x01\x02\xFF"), ""), "index 255 at place 2, the largest"));
 }
 
 TEST_CASE("gltf: meshes outside the scene are counted") {
@@ -111,6 +163,11 @@ TEST_CASE("gltf: meshes outside the scene are counted") {
   CHECK(read(glb(document), "")->notes.unused_objects == 1);
   document["scenes"][0]["nodes"] = {0, 1};
   CHECK(read(glb(document), "")->notes.unused_objects == 0);
+  document["nodes"].push_back({{"mesh", 1}});
+  document["nodes"].push_back({{"mesh", 1}});
+  CHECK(read(glb(document), "")->notes.unused_objects == 0);
+  CHECK(read(glb(document), "")->notes.remarks ==
+        std::vector<std::string>{"nodes outside the scene whose mesh is also in it, left out: 2"});
 }
 
 TEST_CASE("gltf: hidden nodes and all below them are left out") {

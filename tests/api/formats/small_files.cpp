@@ -202,6 +202,34 @@ std::string strip_glb() {
       data);
 }
 
+// Vertices of 16 bits, 6 bytes apart, a corner more than two triangles need, and bytes after the end.
+std::string odd_glb() {
+  std::string data;
+  for (const int c : {0, 0, 0, 9, 0, 0, 0, 9, 0, 9, 9, 1}) data += raw(static_cast<std::uint16_t>(c));
+  for (const int i : {0, 1, 2, 1, 3, 2, 0}) data += raw(static_cast<std::uint8_t>(i));
+  return glb(R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"scenes":[{"nodes":[0]}],)"
+             R"("nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)"
+             R"("buffers":[{"byteLength":31}],"bufferViews":[{"buffer":0,"byteLength":24,"byteStride":6},)"
+             R"({"buffer":0,"byteOffset":24,"byteLength":7,"byteStride":0}],"accessors":[{"bufferView":0,)"
+             R"("componentType":5123,"count":4,"type":"VEC3"},)"
+             R"({"bufferView":1,"componentType":5121,"count":7,"type":"SCALAR"}]})",
+             data) +
+         "tail";
+}
+
+// What is not read: voxels, an unknown extension, levels of detail, a material that displaces, an animation.
+std::string extensions_glb() {
+  const std::string animations = R"("animations":[{}],"materials":[{"extensions":{"KHR_materials_displacement":{}}}],)";
+  std::string json = tetrahedron_json("");
+  json.insert(1, animations);
+  const std::string primitive = R"("indices":1})";
+  json.insert(json.find(primitive) + primitive.size(),
+              R"(,{"attributes":{},"mode":7,"extensions":{"EXT_primitive_voxels":{}}})");
+  const std::string node = R"({"mesh":0)";
+  json.insert(json.find(node) + node.size(), R"(,"extensions":{"ABC_shape":{},"MSFT_lod":{"ids":[1]}})");
+  return glb(json, tetrahedron_data());
+}
+
 }  // namespace
 
 std::string small_model() {
@@ -255,6 +283,8 @@ std::vector<SmallFile> small_files() {
       {"plain.glb", glb(tetrahedron_json(""), tetrahedron_data()), 4, 4},
       {"sparse.glb", sparse_glb(), 3, 1},
       {"strip.glb", strip_glb(), 5, 3, 0, 3},  // without a corner a shorter strip, with a repeated one a join
+      {"odd.glb", odd_glb(), 4, 2, 4, 2},
+      {"extensions.glb", extensions_glb(), 4, 4, 0, 2},
       {"normals.xyz", "# scan\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1e-1 0 0 0 1\n0 0 1.5 0 0 1\n", 4, 4, 0, 1},
       {"heading.xyz", "//X Y Z R\r\n4\r\n0 0 0 9\r\n1 0 0 9\r\n0 1e-1 0 9\r\n0 0 1.5 9\r\n\x1A", 4, 4, 0, 1},
       {"instances.3mf", package(small_model()), 6, 2},
