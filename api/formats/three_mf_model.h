@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "api/formats/source.h"
+#include "api/formats/unread.h"
 #include "api/formats/zip.h"
 
 namespace meshgauge::api {
@@ -34,6 +36,7 @@ struct MfObject {
   bool has_mesh = false;
   bool printed = true;  // by its type; only for a mesh, since each component has its own type
   bool steers = false;  // true: a setting of the slicer makes it a support or a modifier
+  Unread unread;        // elements and attributes in it that are not known
 };
 
 using MfKey = std::pair<std::size_t, std::uint32_t>;  // part and id
@@ -45,7 +48,10 @@ struct MfDocument {
   std::vector<Triangle> triangles;
   std::map<MfKey, MfObject> objects;
   std::vector<MfPlacement> build;
-  std::size_t listed = 0;  // number of objects, components and items, for their limit
+  Unread unread;                                  // as those of objects, in the build
+  std::size_t listed = 0;                         // number of objects, components and items, for their limit
+  std::set<std::string, std::less<>> undeclared;  // the first kMostUndeclared prefixes without a declaration
+  static constexpr std::size_t kMostUndeclared = 4;
 
   // Returns the index of a part in `parts`; appends a new one.
   std::size_t part_named(std::string_view name);
@@ -56,11 +62,12 @@ struct MfDocument {
 
 // Reads the model of document.parts[part] and appends the parts that it names to `parts`. Understands the core of the
 // standard and the extensions production (objects in other parts), materials and triangle sets. Refuses by name every
-// other required extension, and geometry of an extension that is not required. Errors also: too many vertices or
-// triangles.
+// other required extension, geometry of an extension that is not required, elements of the core namespace where the
+// core has none of that name, and core geometry inside of an element that is not read. Counts elements of other
+// namespaces in objects and in the build as unread. Errors also: too many vertices or triangles.
 Result<Done> read_3mf_model(const Source& source, ZipArchive& archive, std::size_t part, MfDocument& document);
 
-// Returns the name of a part in a relationship or a path: without the leading slash of an absolute name.
+// Returns the name of a part in a path: without the leading slash of an absolute name.
 std::string_view part_name(std::string_view path);
 
 }  // namespace meshgauge::api
