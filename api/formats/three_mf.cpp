@@ -110,6 +110,10 @@ class Placer {
                 ErrorCode::unsupported_format);
   }
   Error shows_nothing() const;
+  void add_unread(const MfUnread& unread) {
+    for (const auto& [kind, count] : unread) out_.unread.add(kind, count);
+  }
+
   const Source& source_;
   const MfDocument& document_;
   const MfVolumes& volumes_;
@@ -140,7 +144,7 @@ Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const
     ++out_.notes.helper_objects;
     return Done{};
   }
-  if (shown_.insert(key).second) out_.unread.add(found->second.unread);
+  if (shown_.insert(key).second) add_unread(found->second.unread);
   const std::size_t first = out_.mesh.triangles.size();
   const Transform to_world = combined(outer, placement.transform);
   if (auto ok = copy(key, found->second, to_world); !ok) return ok;
@@ -223,7 +227,7 @@ Error Placer::shows_nothing() const {
 }
 
 Result<ReadMesh> Placer::run() {
-  out_.unread.add(document_.unread);
+  add_unread(document_.unread);
   for (const MfPlacement& item : document_.build) {
     if (auto ok = place(item, 0, std::nullopt); !ok) return std::move(ok).error();
   }

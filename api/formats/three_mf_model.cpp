@@ -6,6 +6,7 @@
 #include "api/formats/three_mf_attributes.h"
 #include "api/formats/three_mf_extensions.h"
 #include "api/formats/three_mf_volumes.h"
+#include "api/formats/unread.h"
 
 namespace meshgauge::api {
 namespace {
@@ -171,10 +172,12 @@ std::string ModelReader::inside(Place place) const {
   return in_quotes(place == Place::skipped ? std::string_view(skipped_) : kNames[static_cast<std::size_t>(place)]);
 }
 
-// Only the root model's build counts.
+// Only the root model's build counts. Keeps as many kinds as Unread does.
 void ModelReader::count_unread(const std::string& kind) {
-  if (object_ != nullptr) object_->unread.add(kind);
-  if (object_ == nullptr && part_ == 0) document_.unread.add(kind);
+  if (object_ == nullptr && part_ != 0) return;
+  MfUnread& unread = object_ != nullptr ? object_->unread : document_.unread;
+  const bool is_full = unread.size() + 1 >= Unread::kMostKinds && !unread.contains(kind);
+  ++unread[is_full ? "all other kinds" : kind];
 }
 
 // Attributes of vendors, such as supports painted on triangles, have no effect on the surface.

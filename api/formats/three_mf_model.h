@@ -12,7 +12,6 @@
 #include <Eigen/Geometry>
 
 #include "api/formats/source.h"
-#include "api/formats/unread.h"
 #include "api/formats/zip.h"
 
 namespace meshgauge::api {
@@ -25,6 +24,9 @@ struct MfPlacement {
   bool printed = true;  // false: an item marked as not printable
 };
 
+// What is not read of an object, by its kind as for Unread, which is shown only if the build places the object.
+using MfUnread = std::map<std::string, std::size_t>;
+
 // A mesh or components. The mesh is a range of the document's arrays; its triangles count its vertices from 0.
 struct MfObject {
   std::size_t first_vertex = 0;
@@ -36,7 +38,7 @@ struct MfObject {
   bool has_mesh = false;
   bool printed = true;  // by its type; only for a mesh, since each component has its own type
   bool steers = false;  // true: a setting of the slicer makes it a support or a modifier
-  Unread unread;        // elements and attributes in it that are not known
+  MfUnread unread;      // elements and attributes in it that are not known
 };
 
 using MfKey = std::pair<std::size_t, std::uint32_t>;  // part and id
@@ -48,7 +50,7 @@ struct MfDocument {
   std::vector<Triangle> triangles;
   std::map<MfKey, MfObject> objects;
   std::vector<MfPlacement> build;
-  Unread unread;                                  // as those of objects, in the build
+  MfUnread unread;                                // as those of objects, in the build
   std::size_t listed = 0;                         // number of objects, components and items, for their limit
   std::set<std::string, std::less<>> undeclared;  // the first kMostUndeclared prefixes without a declaration
   static constexpr std::size_t kMostUndeclared = 4;

@@ -18,10 +18,6 @@ void Unread::add(std::string_view kind, std::size_t count) {
   known->second += count;
 }
 
-void Unread::add(const Unread& other) {
-  for (const auto& [kind, count] : other.kinds_) add(kind, count);
-}
-
 std::vector<std::string> Unread::remarks() const {
   std::vector<std::string> remarks;
   for (const auto& [kind, count] : kinds_) {

@@ -18,9 +18,6 @@ class Unread {
   // counts all others as one. Takes constant time.
   void add(std::string_view kind, std::size_t count = 1);
 
-  // Adds what another one counts.
-  void add(const Unread& other);
-
   bool empty() const { return kinds_.empty(); }
 
   // Returns a remark for each kind, in the order of first appearance:

@@ -148,7 +148,7 @@ Result<std::size_t> ZipArchive::join_backslashes() {
   for (const auto& [name, entry] : entries_) {
     std::string joined = name;
     std::ranges::replace(joined, '\\', '/');
-    renamed += joined == name ? 0 : 1;
+    if (joined != name) ++renamed;
     if (entries.try_emplace(std::move(joined), entry).second) continue;
     return fail(name, ErrorCode::unreadable_mesh,
                 "occurs twice in the zip archive, with '/' and with '\\' between folders");

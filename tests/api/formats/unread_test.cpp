@@ -21,17 +21,6 @@ TEST_CASE("unread: a remark for each kind, in the order of first appearance") {
         "triangles");
 }
 
-TEST_CASE("unread: kinds and counts of another one are added") {
-  Unread one;
-  one.add("a", 2);
-  Unread other;
-  other.add("b");
-  other.add("a", 3);
-  one.add(other);
-  CHECK(one.remarks().size() == 2);
-  CHECK(one.refusal() == "has no triangles, only what is not read (a: 5, b: 1): export it as triangles");
-}
-
 TEST_CASE("unread: any number of kinds of any length fits the remarks of a mesh") {
   Unread unread;
   for (int i = 0; i < 1000; ++i) unread.add(std::to_string(i) + std::string(500, '\x01'), 2);
