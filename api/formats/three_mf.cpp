@@ -20,11 +20,23 @@ using Transform = std::optional<Eigen::Affine3d>;
 constexpr int kDeepestComponent = 64;
 constexpr std::size_t kMostPlaced = 1'000'000;
 
+// Returns the name of the part that a relationship of the package names, relative to the root or absolute.
+std::string part_of_target(std::string_view target) {
+  std::string name;
+  while (!target.empty()) {
+    const std::string_view segment = target.substr(0, target.find('/'));
+    target.remove_prefix(std::min(target.size(), segment.size() + 1));
+    if (segment.empty() || segment == ".") continue;
+    name += (name.empty() ? "" : "/") + std::string(segment);
+  }
+  return name;
+}
+
 // Finds the root model in the relationships of the package.
 class RootFinder : public XmlHandler {
  public:
-  std::optional<XmlDefect> start(std::string_view name, const XmlAttributes& attributes) override {
-    if (name != "http://schemas.openxmlformats.org/package/2006/relationships\nRelationship") return std::nullopt;
+  std::optional<XmlDefect> start(const XmlName& name, const XmlAttributes& attributes) override {
+    if (!name.is("http://schemas.openxmlformats.org/package/2006/relationships", "Relationship")) return std::nullopt;
     const char* type = attributes.find("Type");
     if (type == nullptr || type != std::string_view("http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel")) {
       return std::nullopt;
@@ -36,7 +48,7 @@ class RootFinder : public XmlHandler {
       return XmlDefect{ErrorCode::unsupported_format, "the model " + in_quotes(target) + " is outside of the file"};
     }
     if (!root_.empty()) return malformed("a second root model, " + in_quotes(target));
-    root_ = part_name(target);
+    root_ = part_of_target(target);
     return std::nullopt;
   }
 
@@ -98,6 +110,9 @@ class Placer {
                 ErrorCode::unsupported_format);
   }
   Error shows_nothing() const;
+  void add_unread(const MfUnread& unread) {
+    for (const auto& [kind, count] : unread) out_.unread.add(kind, count);
+  }
 
   const Source& source_;
   const MfDocument& document_;
@@ -129,7 +144,7 @@ Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const
     ++out_.notes.helper_objects;
     return Done{};
   }
-  shown_.insert(key);
+  if (shown_.insert(key).second) add_unread(found->second.unread);
   const std::size_t first = out_.mesh.triangles.size();
   const Transform to_world = combined(outer, placement.transform);
   if (auto ok = copy(key, found->second, to_world); !ok) return ok;
@@ -212,14 +227,45 @@ Error Placer::shows_nothing() const {
 }
 
 Result<ReadMesh> Placer::run() {
+  add_unread(document_.unread);
   for (const MfPlacement& item : document_.build) {
     if (auto ok = place(item, 0, std::nullopt); !ok) return std::move(ok).error();
   }
   out_.groups = groups_.take();
   for (const MfKey& key : shown_) helpers_.erase(key);
   out_.notes.unused_objects = document_.objects.size() - shown_.size() - helpers_.size();
-  if (out_.mesh.triangles.empty() && !document_.triangles.empty()) return shows_nothing();
+  if (out_.mesh.triangles.empty() && !document_.triangles.empty() && out_.unread.empty()) return shows_nothing();
   return std::move(out_);
+}
+
+// Returns the number of models in the archive that the root model and its parts do not name.
+std::size_t unused_models(const ZipArchive& archive, const MfDocument& document) {
+  std::set<std::string> used;
+  for (const std::string& part : document.parts) used.insert(file_key(part));
+  const std::vector<std::string> names = archive.names();
+  return static_cast<std::size_t>(std::ranges::count_if(names, [&](const std::string& name) {
+    return name.ends_with(".model") && !name.starts_with("__macosx/") && !used.contains(name);
+  }));
+}
+
+std::string undeclared_prefixes(const MfDocument& document) {
+  std::string prefixes;
+  for (const std::string& prefix : document.undeclared) prefixes += (prefixes.empty() ? "" : ", ") + in_quotes(prefix);
+  return document.undeclared.size() == MfDocument::kMostUndeclared ? prefixes + " and perhaps more" : prefixes;
+}
+
+void add_remarks(std::size_t renamed, const ZipArchive& archive, const MfDocument& document,
+                 std::vector<std::string>& remarks) {
+  if (renamed != 0) {
+    remarks.push_back("names in the archive with '\\' between folders, read as '/': " + std::to_string(renamed));
+  }
+  if (!document.undeclared.empty()) {
+    remarks.push_back("prefixes that are not declared, their elements and attributes ignored: " +
+                      undeclared_prefixes(document));
+  }
+  if (const std::size_t unused = unused_models(archive, document); unused != 0) {
+    remarks.push_back("models in the archive that the root model does not use, not read: " + std::to_string(unused));
+  }
 }
 
 }  // namespace
@@ -227,13 +273,17 @@ Result<ReadMesh> Placer::run() {
 Result<ReadMesh> read_3mf(const Source& source) {
   auto archive = ZipArchive::open(source);
   if (!archive) return std::move(archive).error();
+  const auto renamed = archive->join_backslashes();
+  if (!renamed) return renamed.error();
   const auto root = find_root(source, *archive);
   if (!root) return root.error();
   const auto document = read_models(source, *archive, *root);
   if (!document) return document.error();
   const auto volumes = read_3mf_volumes(source, *archive);
   if (!volumes) return volumes.error();
-  return Placer(source, *document, *volumes).run();
+  auto read = Placer(source, *document, *volumes).run();
+  if (read) add_remarks(*renamed, *archive, *document, read->notes.remarks);
+  return read;
 }
 
 }  // namespace meshgauge::api

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kCore = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 // The namespaces that are read or do not affect the surface.
-constexpr std::string_view kUnderstood[] = {kCore, "http://schemas.microsoft.com/3dmanufacturing/production/2015/06",
+constexpr std::string_view kUnderstood[] = {kCore, kMfProduction,
                                             "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
                                             "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07"};
 // Prefixes of the standard's namespaces; others are metadata of some program.
@@ -25,7 +25,7 @@ struct Topic {
 constexpr Topic kTopics[] = {{"beamlattice", "a beam lattice"},      {"slice", "slices"},
                              {"securecontent", "encrypted content"}, {"booleanoperations", "boolean operations"},
                              {"volumetric", "volumetric content"},   {"implicit", "implicit surfaces"},
-                             {"displacement", "displaced surfaces"}};
+                             {"displacement", "displaced surfaces"}, {"alternatives", "alternative objects"}};
 
 bool is_understood(std::string_view name_space) {
   return std::ranges::find(kUnderstood, name_space) != std::end(kUnderstood);
@@ -48,10 +48,9 @@ XmlDefect unsupported(const std::string& what, std::string_view name_space) {
 
 }  // namespace
 
-bool is_mf_core(std::string_view name, std::string_view local) {
-  return name.size() == kCore.size() + 1 + local.size() && name.ends_with(local) && name.starts_with(kCore) &&
-         name[kCore.size()] == kXmlSeparator;
-}
+bool is_mf_core(const XmlName& name, std::string_view local) { return name.is(kCore, local); }
+
+bool is_mf_core(const XmlName& name) { return name.space == kCore; }
 
 std::optional<XmlDefect> check_mf_extensions(std::string_view required_prefixes, const MfPrefixes& prefixes) {
   const char* const end = required_prefixes.data() + required_prefixes.size();
@@ -65,10 +64,41 @@ std::optional<XmlDefect> check_mf_extensions(std::string_view required_prefixes,
   return std::nullopt;
 }
 
-std::optional<XmlDefect> refuse_mf_geometry(std::string_view element) {
-  const std::string_view name_space = element.substr(0, std::min(element.find(kXmlSeparator), element.size()));
-  if (!is_standard(name_space) || is_understood(name_space)) return std::nullopt;
-  return unsupported("geometry of the extension", name_space);
+MfOrigin origin_of(const XmlName& name) {
+  if (is_understood(name.space)) return MfOrigin::understood;
+  return is_standard(name.space) ? MfOrigin::standard : MfOrigin::other;
+}
+
+XmlDefect unsupported_mf_geometry(const XmlName& element) {
+  return unsupported("geometry of the extension", element.space);
+}
+
+std::optional<XmlDefect> check_mf_attributes(const XmlAttributes& attributes) {
+  for (const auto& [name, value] : attributes.prefixed()) {
+    if (name.space.empty() && name.local == "path") {
+      return malformed("the attribute " + in_quotes(name.written) +
+                       " names another part, but its prefix is not declared");
+    }
+    const bool is_resolution = name.local == "meshresolution" || name.local == "modelresolution";
+    if (is_resolution && origin_of(name) == MfOrigin::standard && value != std::string_view("fullres")) {
+      return XmlDefect{
+          ErrorCode::unsupported_format,
+          "the attribute " + in_quotes(name.written) + " is " + in_quotes(value) +
+              ": the surface is in an extension that is not supported; save the object at full resolution"};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<XmlDefect> check_mf_spelling(const XmlAttributes& attributes,
+                                           std::initializer_list<std::string_view> known) {
+  for (const char* const* pair = attributes.pairs(); *pair != nullptr; pair += 2) {
+    for (const std::string_view name : known) {
+      if (name == pair[0] || !same_word(pair[0], name)) continue;
+      return malformed("the attribute " + in_quotes(pair[0]) + " is unknown; 3MF spells it " + in_quotes(name));
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace meshgauge::api

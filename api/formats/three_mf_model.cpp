@@ -6,6 +6,7 @@
 #include "api/formats/three_mf_attributes.h"
 #include "api/formats/three_mf_extensions.h"
 #include "api/formats/three_mf_volumes.h"
+#include "api/formats/unread.h"
 
 namespace meshgauge::api {
 namespace {
@@ -20,7 +21,8 @@ class ModelReader : public XmlHandler {
       : source_(source), part_(part), document_(document) {}
 
   void declare(std::string_view prefix, std::string_view name_space) override;
-  Defect start(std::string_view name, const XmlAttributes& attributes) override;
+  Defect start(const XmlName& name, const XmlAttributes& attributes) override;
+  Defect undeclared(const XmlName& name) override;
   void end() override;
   bool wants_text() const override { return helper_setting_; }
   void text(std::string_view piece) override {
@@ -28,7 +30,21 @@ class ModelReader : public XmlHandler {
   }
 
  private:
-  enum class Place { outside, model, resources, object, mesh, vertices, triangles, components, metadata, build, other };
+  // leaf: an element without elements inside; skipped: one that is not read, with all inside.
+  enum class Place {
+    outside,
+    model,
+    resources,
+    object,
+    mesh,
+    vertices,
+    triangles,
+    components,
+    metadata,
+    build,
+    leaf,
+    skipped
+  };
   // The meaning of an element by its parent and its name in the core namespace.
   struct Rule {
     Place parent;
@@ -37,6 +53,13 @@ class ModelReader : public XmlHandler {
     Defect (ModelReader::*read)(const XmlAttributes&);
   };
   static const Rule kRules[];
+
+  static bool may_hold_others(Place place);
+  Defect unknown(const XmlName& name, Place parent);
+  Defect unknown_core(const XmlName& name, Place parent);
+  std::string inside(Place place) const;
+  void count_unread(const std::string& kind);
+  Defect check_attributes(const XmlAttributes& attributes, std::string_view element);
 
   Defect model(const XmlAttributes& attributes);
   Defect object(const XmlAttributes& attributes);
@@ -55,16 +78,18 @@ class ModelReader : public XmlHandler {
   std::size_t part_;
   MfDocument& document_;
   std::vector<Place> places_{Place::outside};
-  MfPrefixes prefixes_;  // prefixes of the root element
-  MfObject* object_ = nullptr;
+  MfPrefixes prefixes_;          // prefixes of the root element
+  MfObject* object_ = nullptr;   // nullptr: outside of objects
+  std::string_view leaf_;        // the last leaf
+  std::string skipped_;          // the last element that is not read, in one that is
   bool helper_setting_ = false;  // true: inside such a setting, whose text is kept in value_
   std::string value_;
   static constexpr std::size_t kLongestValue = 16;
 };
 
 const ModelReader::Rule ModelReader::kRules[] = {
-    {Place::triangles, "triangle", Place::other, &ModelReader::triangle},  // frequent elements first
-    {Place::vertices, "vertex", Place::other, &ModelReader::vertex},
+    {Place::triangles, "triangle", Place::leaf, &ModelReader::triangle},  // frequent elements first
+    {Place::vertices, "vertex", Place::leaf, &ModelReader::vertex},
     {Place::outside, "model", Place::model, &ModelReader::model},
     {Place::model, "resources", Place::resources, nullptr},
     {Place::model, "build", Place::build, nullptr},
@@ -73,33 +98,102 @@ const ModelReader::Rule ModelReader::kRules[] = {
     {Place::object, "components", Place::components, &ModelReader::components},
     {Place::mesh, "vertices", Place::vertices, nullptr},
     {Place::mesh, "triangles", Place::triangles, nullptr},
-    {Place::components, "component", Place::other, &ModelReader::component},
-    {Place::build, "item", Place::other, &ModelReader::item},
+    {Place::components, "component", Place::leaf, &ModelReader::component},
+    {Place::build, "item", Place::leaf, &ModelReader::item},
     {Place::object, "metadatagroup", Place::metadata, nullptr},
-    {Place::metadata, "metadata", Place::other, &ModelReader::metadata},
+    {Place::metadata, "metadata", Place::skipped, &ModelReader::metadata},
 };
 
 void ModelReader::declare(std::string_view prefix, std::string_view name_space) {
   if (places_.back() == Place::outside) prefixes_.insert_or_assign(std::string(prefix), std::string(name_space));
 }
 
-Defect ModelReader::start(std::string_view name, const XmlAttributes& attributes) {
+Defect ModelReader::start(const XmlName& name, const XmlAttributes& attributes) {
   const Place parent = places_.back();
   for (const Rule& rule : kRules) {
     if (rule.parent != parent || !is_mf_core(name, rule.name)) continue;
     places_.push_back(rule.place);
-    return rule.read == nullptr ? std::nullopt : (this->*rule.read)(attributes);
+    if (rule.place == Place::leaf) leaf_ = rule.name;
+    if (rule.place == Place::skipped) skipped_ = rule.name;
+    auto defect = rule.read == nullptr ? std::nullopt : (this->*rule.read)(attributes);
+    return defect || attributes.prefixed().empty() ? defect : check_attributes(attributes, rule.name);
   }
-  places_.push_back(Place::other);
+  places_.push_back(Place::skipped);
   if (parent == Place::outside) {
-    return XmlDefect{ErrorCode::unsupported_format,
-                     "the root element '" + printable(name, 100) + "' is not the model of 3MF's core namespace"};
+    const std::string space = name.space.empty() ? "" : " of the namespace '" + printable(name.space, 100) + "'";
+    return XmlDefect{ErrorCode::unsupported_format, "the root element '" + printable(name.written, 100) + "'" + space +
+                                                        " is not the model of 3MF's core namespace"};
   }
-  // Elements of the standard's extensions in an object or a mesh are geometry, such as beams, or replace it.
-  return parent == Place::object || parent == Place::mesh ? refuse_mf_geometry(name) : std::nullopt;
+  auto defect = unknown(name, parent);
+  if (parent != Place::skipped) skipped_ = name.written;
+  return defect;
+}
+
+Defect ModelReader::undeclared(const XmlName& name) {
+  if (document_.undeclared.size() < MfDocument::kMostUndeclared) document_.undeclared.emplace(name.prefix());
+  return std::nullopt;
+}
+
+// In an object and in the build everything is or places surface. Resources are used only by their ids: those of other
+// namespaces have no effect by themselves, nor has anything else in the model.
+bool ModelReader::may_hold_others(Place place) {
+  return place == Place::model || place == Place::resources || place == Place::metadata || place == Place::skipped;
+}
+
+Defect ModelReader::unknown(const XmlName& name, Place parent) {
+  if (is_mf_core(name)) return unknown_core(name, parent);
+  if (may_hold_others(parent)) return std::nullopt;
+  const MfOrigin origin = origin_of(name);
+  if (origin == MfOrigin::standard) return unsupported_mf_geometry(name);
+  if (origin == MfOrigin::other) count_unread("elements " + in_quotes(name.written) + " inside " + inside(parent));
+  return std::nullopt;
+}
+
+Defect ModelReader::unknown_core(const XmlName& name, Place parent) {
+  if (name.local == "metadata" || name.local == "metadatagroup") return std::nullopt;
+  const bool is_geometry =
+      std::ranges::any_of(kRules, [&](const Rule& rule) { return same_word(name.local, rule.name); });
+  if (!is_geometry && may_hold_others(parent)) return std::nullopt;
+  const std::string where = "the element " + in_quotes(name.written) + " inside " + inside(parent);
+  if (parent == Place::skipped) {
+    return XmlDefect{ErrorCode::unsupported_format, where + ", which is not read; write it outside of that"};
+  }
+  std::string known;
+  for (const Rule& rule : kRules) {
+    if (rule.parent == parent) known += (known.empty() ? "" : ", ") + ("'" + std::string(rule.name) + "'");
+  }
+  return malformed(where + " is unknown; 3MF has " + (known.empty() ? "none" : known) + " there");
+}
+
+std::string ModelReader::inside(Place place) const {
+  constexpr std::string_view kNames[] = {"",         "model",     "resources",  "object",        "mesh",
+                                         "vertices", "triangles", "components", "metadatagroup", "build"};
+  if (place == Place::leaf) return in_quotes(leaf_);
+  return in_quotes(place == Place::skipped ? std::string_view(skipped_) : kNames[static_cast<std::size_t>(place)]);
+}
+
+// Only the root model's build counts. Keeps as many kinds as Unread does.
+void ModelReader::count_unread(const std::string& kind) {
+  if (object_ == nullptr && part_ != 0) return;
+  MfUnread& unread = object_ != nullptr ? object_->unread : document_.unread;
+  const bool is_full = unread.size() + 1 >= Unread::kMostKinds && !unread.contains(kind);
+  ++unread[is_full ? "all other kinds" : kind];
+}
+
+// Attributes of vendors, such as supports painted on triangles, have no effect on the surface.
+Defect ModelReader::check_attributes(const XmlAttributes& attributes, std::string_view element) {
+  const Place place = places_.back();
+  if (place == Place::model || place == Place::resources || place == Place::skipped) return std::nullopt;
+  if (auto defect = check_mf_attributes(attributes)) return defect;
+  for (const auto& [name, value] : attributes.prefixed()) {
+    if (origin_of(name) != MfOrigin::standard || name.local.ends_with("resolution")) continue;
+    count_unread("attributes " + in_quotes(name.written) + " of " + in_quotes(element));
+  }
+  return std::nullopt;
 }
 
 Defect ModelReader::model(const XmlAttributes& attributes) {
+  if (auto defect = check_mf_spelling(attributes, {"unit", "requiredextensions"})) return defect;
   if (const char* required = attributes.find("requiredextensions")) {
     if (auto defect = check_mf_extensions(required, prefixes_)) return defect;
   }
@@ -117,6 +211,7 @@ Defect ModelReader::list_one_more() {
 }
 
 Defect ModelReader::object(const XmlAttributes& attributes) {
+  if (auto defect = check_mf_spelling(attributes, {"type"})) return defect;
   std::int64_t id = 0;
   if (!read_natural(attributes.find("id"), id) || id > INT32_MAX) return malformed("an object without a valid id");
   const auto [entry, is_new] = document_.objects.try_emplace({part_, static_cast<std::uint32_t>(id)});
@@ -187,8 +282,12 @@ Defect ModelReader::triangle(const XmlAttributes& attributes) {
 Defect ModelReader::placement(const XmlAttributes& attributes, std::vector<MfPlacement>& out) {
   std::int64_t id = 0;
   if (!read_natural(attributes.find("objectid"), id) || id > INT32_MAX) return malformed("no valid objectid");
+  if (auto defect = check_mf_spelling(attributes, {"transform", "printable"})) return defect;
+  if (attributes.find("path") != nullptr) {
+    return malformed("the attribute 'path' without the prefix of the production extension");
+  }
   MfPlacement placement{part_, static_cast<std::uint32_t>(id), std::nullopt};
-  if (const char* path = attributes.find(kMfPathAttribute)) {
+  if (const char* path = attributes.find(kMfProduction, "path")) {
     if (part_ != 0) return malformed("a path to another part, which only the root model may have");
     placement.part = document_.part_named(part_name(path));
   }
@@ -219,6 +318,7 @@ Defect ModelReader::metadata(const XmlAttributes& attributes) {
 void ModelReader::end() {
   if (helper_setting_ && same_word(value_, "true")) object_->steers = true;
   helper_setting_ = false;
+  if (places_.back() == Place::object) object_ = nullptr;
   places_.pop_back();
 }
 

@@ -31,7 +31,7 @@ class VolumeReader : public XmlHandler {
  public:
   explicit VolumeReader(MfVolumes& volumes) : volumes_(volumes) {}
 
-  Defect start(std::string_view name, const XmlAttributes& attributes) override;
+  Defect start(const XmlName& name, const XmlAttributes& attributes) override;
   void end() override;
 
  private:
@@ -54,7 +54,8 @@ class VolumeReader : public XmlHandler {
   MfTriangles range_;     // its kind applies to the component as well
 };
 
-Defect VolumeReader::start(std::string_view name, const XmlAttributes& attributes) {
+Defect VolumeReader::start(const XmlName& element, const XmlAttributes& attributes) {
+  const std::string_view name = element.space.empty() ? element.local : std::string_view();
   ++depth_;
   if (depth_ == kObjectDepth && name == "object") return object(attributes);
   if (!in_object_) return std::nullopt;

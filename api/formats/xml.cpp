@@ -17,6 +17,7 @@ namespace meshgauge::api {
 namespace {
 
 constexpr int kDeepestElement = 64;
+constexpr std::string_view kEncrypted = "%3McF";  // begins an encrypted part of a 3MF, and no XML
 // expat rescans a tag from its beginning for every piece of it, so long tags would take quadratic time.
 constexpr XML_Index kLongestTag = XML_Index{1} << 20U;
 // expat keeps every name that it reads, with a few dozen bytes each.
@@ -95,6 +96,8 @@ class XmlReader {
   }
 
   std::optional<XmlDefect> start(const char* name, const char** attributes);
+  std::optional<XmlDefect> declare_namespaces(const char** attributes);
+  std::optional<XmlDefect> resolve(std::string_view written, bool is_element, XmlName& name);
   // Most text in a model is space between elements, so expat reports text only on request.
   void listen() { XML_SetCharacterDataHandler(parser_.get(), handler_.wants_text() ? on_text : nullptr); }
   Error here(ErrorCode code, const std::string& what) const;
@@ -103,7 +106,6 @@ class XmlReader {
   static void XMLCALL on_start(void* self, const char* name, const char** attributes);
   static void XMLCALL on_end(void* self, const char* name);
   static void XMLCALL on_text(void* self, const char* text, int bytes);
-  static void XMLCALL on_prefix(void* self, const char* prefix, const char* name_space);
   static void XMLCALL on_document_type(void* self, const char* name, const char* system, const char* public_id,
                                        int has_internal_subset);
 
@@ -113,20 +115,20 @@ class XmlReader {
   std::unique_ptr<std::remove_pointer_t<XML_Parser>, Free> parser_;
   std::int64_t fed_ = 0;
   int depth_ = 0;
+  XmlNamespaces namespaces_;
+  std::vector<XmlAttribute> prefixed_;  // of the current element
   std::optional<XmlDefect> defect_;
   bool no_memory_ = false;
 };
 
 XmlReader::XmlReader(const Source& source, const std::string& name, XmlHandler& handler)
     : source_(source), name_(name), handler_(handler) {
-  constexpr char kSeparator[] = {kXmlSeparator, '\0'};
   constexpr XML_Memory_Handling_Suite kMemory{counted_malloc, counted_realloc, counted_free};
-  parser_.reset(XML_ParserCreate_MM(nullptr, &kMemory, kSeparator));
+  parser_.reset(XML_ParserCreate_MM(nullptr, &kMemory, nullptr));
   if (!parser_) throw std::bad_alloc();
   set_salt(parser_.get(), unforeseen(this));
   XML_SetUserData(parser_.get(), this);
   XML_SetElementHandler(parser_.get(), on_start, on_end);
-  XML_SetStartNamespaceDeclHandler(parser_.get(), on_prefix);
   XML_SetStartDoctypeDeclHandler(parser_.get(), on_document_type);
 }
 
@@ -138,7 +140,7 @@ void XmlReader::on_start(void* self, const char* name, const char** attributes) 
 void XmlReader::on_end(void* self, const char* /*name*/) {
   XmlReader& reader = *static_cast<XmlReader*>(self);
   reader.step([&]() -> std::optional<XmlDefect> {
-    --reader.depth_;
+    reader.namespaces_.close(reader.depth_--);
     reader.handler_.end();
     reader.listen();
     return std::nullopt;
@@ -153,15 +155,6 @@ void XmlReader::on_text(void* self, const char* text, int bytes) {
   });
 }
 
-void XmlReader::on_prefix(void* self, const char* prefix, const char* name_space) {
-  XmlReader& reader = *static_cast<XmlReader*>(self);
-  reader.step([&]() -> std::optional<XmlDefect> {
-    // Null prefix: the default namespace. Null namespace: it is undeclared.
-    reader.handler_.declare(prefix == nullptr ? "" : prefix, name_space == nullptr ? "" : name_space);
-    return std::nullopt;
-  });
-}
-
 void XmlReader::on_document_type(void* self, const char* /*name*/, const char* /*system*/, const char* /*public_id*/,
                                  int /*has_internal_subset*/) {
   static_cast<XmlReader*>(self)->step([]() -> std::optional<XmlDefect> {
@@ -171,9 +164,36 @@ void XmlReader::on_document_type(void* self, const char* /*name*/, const char* /
 
 std::optional<XmlDefect> XmlReader::start(const char* name, const char** attributes) {
   if (++depth_ > kDeepestElement) return XmlDefect{ErrorCode::unreadable_mesh, "XML nested deeper than 64"};
-  auto defect = handler_.start(name, XmlAttributes(attributes));
+  if (auto defect = declare_namespaces(attributes)) return defect;
+  XmlName element;
+  if (auto defect = resolve(name, true, element)) return defect;
+  for (XmlAttribute& attribute : prefixed_) {
+    if (auto defect = resolve(attribute.name.written, false, attribute.name)) return defect;
+  }
+  if (auto defect = XmlNamespaces::check_unique(prefixed_)) return defect;
+  auto defect = handler_.start(element, XmlAttributes(attributes, prefixed_));
   listen();
   return defect;
+}
+
+// Sets prefixed_ to the attributes with a prefix, not resolved yet, since a declaration may follow them.
+std::optional<XmlDefect> XmlReader::declare_namespaces(const char** attributes) {
+  prefixed_.clear();
+  for (const char** pair = attributes; *pair != nullptr; pair += 2) {
+    const std::string_view written = pair[0];
+    if (const auto prefix = XmlNamespaces::declared_by(written)) {
+      if (auto defect = namespaces_.declare(*prefix, pair[1], depth_)) return defect;
+      handler_.declare(*prefix, pair[1]);
+    } else if (written.find(':') != std::string_view::npos) {
+      prefixed_.push_back({{"", "", written}, pair[1]});
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<XmlDefect> XmlReader::resolve(std::string_view written, bool is_element, XmlName& name) {
+  if (auto defect = namespaces_.resolve(written, is_element, name)) return defect;
+  return name.has_prefix() && name.space.empty() ? handler_.undeclared(name) : std::nullopt;
 }
 
 Error XmlReader::here(ErrorCode code, const std::string& what) const {
@@ -190,6 +210,10 @@ Error XmlReader::fault() const {
 }
 
 std::optional<Error> XmlReader::feed(std::string_view piece, bool is_last) {
+  if (fed_ == 0 && piece.starts_with(kEncrypted)) {
+    return at(source_, printable(name_, 100), ErrorCode::unsupported_format,
+              "encrypted by the secure content extension, which is not supported; save it without encryption");
+  }
   fed_ += static_cast<std::int64_t>(piece.size());
   const XML_Status status = XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), is_last ? 1 : 0);
   if (no_memory_) return out_of_memory(source_.part);
@@ -209,6 +233,18 @@ const char* XmlAttributes::find(std::string_view name) const {
     if (*pair == name) return pair[1];
   }
   return nullptr;
+}
+
+const char* XmlAttributes::find(std::string_view name_space, std::string_view local) const {
+  for (const XmlAttribute& attribute : prefixed_) {
+    if (attribute.name.is(name_space, local)) return attribute.value;
+  }
+  return nullptr;
+}
+
+std::optional<XmlDefect> XmlHandler::undeclared(const XmlName& name) {
+  return XmlDefect{ErrorCode::unreadable_mesh,
+                   "not valid XML: the prefix of " + in_quotes(name.written) + " is not declared"};
 }
 
 Result<Done> read_xml(const Source& source, ZipArchive& archive, const std::string& name, XmlHandler& handler) {

@@ -1,37 +1,37 @@
 // Reads XML from a zip archive element by element, by expat. Refuses a document type, and with it every entity except
-// the standard's five; opens nothing outside. Limits on nesting, the length of a tag and the memory for names bound
-// time and memory by the document's size.
+// the standard's five; opens nothing outside. Limits on nesting, the length of a tag, namespaces and the memory for
+// names bound time and memory by the document's size.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "api/formats/source.h"
+#include "api/formats/xml_names.h"
 #include "api/formats/zip.h"
 
 namespace meshgauge::api {
 
-struct XmlDefect {
-  ErrorCode code = ErrorCode::unreadable_mesh;
-  std::string what;
-};
-
 class XmlAttributes {
  public:
-  // `pairs`: name, value, name, value, ..., nullptr, as from expat.
-  explicit XmlAttributes(const char* const* pairs) : pairs_(pairs) {}
+  // `pairs`: name, value, name, value, ..., nullptr, as from expat. `prefixed`: those with a prefix, resolved.
+  XmlAttributes(const char* const* pairs, const std::vector<XmlAttribute>& prefixed)
+      : pairs_(pairs), prefixed_(prefixed) {}
 
   const char* const* pairs() const { return pairs_; }
-  const char* find(std::string_view name) const;  // nullptr: there is none
+  // Without the declarations of namespaces.
+  const std::vector<XmlAttribute>& prefixed() const { return prefixed_; }
+
+  // Return the value of an attribute without a prefix, and of one of a namespace. nullptr: there is none.
+  const char* find(std::string_view name) const;
+  const char* find(std::string_view name_space, std::string_view local) const;
 
  private:
   const char* const* pairs_;
+  const std::vector<XmlAttribute>& prefixed_;
 };
-
-// Separator in names of elements and of prefixed attributes: namespace, separator, local name. A name without namespace
-// is the local name alone. No namespace may contain it.
-inline constexpr char kXmlSeparator = '\n';
 
 class XmlHandler {
  public:
@@ -43,7 +43,9 @@ class XmlHandler {
   // Called with a prefix and its namespace before start() of the element that declares it.
   virtual void declare(std::string_view /*prefix*/, std::string_view /*name_space*/) {}
   // Called at the start of an element. A defect ends the reading.
-  virtual std::optional<XmlDefect> start(std::string_view name, const XmlAttributes& attributes) = 0;
+  virtual std::optional<XmlDefect> start(const XmlName& name, const XmlAttributes& attributes) = 0;
+  // Called before start() for an element or an attribute whose prefix is not declared. Returns a defect by default.
+  virtual std::optional<XmlDefect> undeclared(const XmlName& name);
   virtual void end() {}
   // Returns true when text() is to be called with the text that follows, in any number of pieces. Called at each start
   // and end of an element.

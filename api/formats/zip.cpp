@@ -142,6 +142,21 @@ Result<Done> ZipArchive::add_entry() {
   return Done{};
 }
 
+Result<std::size_t> ZipArchive::join_backslashes() {
+  std::map<std::string, Entry> entries;
+  std::size_t renamed = 0;
+  for (const auto& [name, entry] : entries_) {
+    std::string joined = name;
+    std::ranges::replace(joined, '\\', '/');
+    if (joined != name) ++renamed;
+    if (entries.try_emplace(std::move(joined), entry).second) continue;
+    return fail(name, ErrorCode::unreadable_mesh,
+                "occurs twice in the zip archive, with '/' and with '\\' between folders");
+  }
+  entries_ = std::move(entries);
+  return renamed;
+}
+
 Result<Done> ZipArchive::check(std::string_view name, const Entry& entry) const {
   constexpr unsigned long kEncrypted = 0x2041;  // flags of three kinds of encryption
   if ((entry.flags & kEncrypted) != 0) return fail(name, ErrorCode::unsupported_format, "encrypted");

@@ -43,6 +43,10 @@ class ZipArchive {
 
   std::vector<std::string> names() const;  // names of all entries, in lower case, sorted
 
+  // Takes '\' in names for the '/' that the format prescribes; returns the number of such entries. Refuses two entries
+  // of one name then.
+  Result<std::size_t> join_backslashes();
+
   // Returns the expanded size of an entry by its directory, at most the bytes that may still be expanded. 0: no such
   // entry.
   std::size_t announced_bytes(std::string_view name) const;

@@ -298,6 +298,8 @@ def scene(uri):
 # --- 3MF --------------------------------------------------------------------------------------------------------------
 
 CORE = 'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"'
+STANDARD = "http://schemas.microsoft.com/3dmanufacturing"
+CHOICE = '<x:choice xmlns:x="http://example.com/x"><object id="2"><components/></object></x:choice>'
 VERTICES = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in [*TRIANGLE, (0, 0, 1)])
 FACES = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 MODEL = (f'<?xml version="1.0"?>\n<model unit="millimeter" {CORE}>\n<resources><object id="1"><mesh>\n'
@@ -344,6 +346,15 @@ def three_mf_files():
         ("an extension that is required and not known", model("<model", '<model requiredextensions="q" xmlns:q="http://example.com/q"')),
         ("an object of an unknown type", model('<object id="1"', '<object id="1" type="cloud"')),
         ("nothing to print", model('<item objectid="1"/>', "")),
+        ("a misspelt triangle", model('<triangle v1="2"', '<Triangle v1="2"')),
+        ("a misspelt attribute", model("unit=", "Unit=")),
+        ("other elements in place of the triangles", package(MODEL.replace("<triangle ", '<x:patch xmlns:x="http://example.com/x" '))),
+        ("an object inside of an element that is not read", model("<resources>", f"<resources>{CHOICE}")),
+        ("a beam lattice", model("</mesh>", f'<b:beamlattice xmlns:b="{STANDARD}/beamlattice/2017/02"/></mesh>')),
+        ("slices in place of the mesh", model('<object id="1"', f'<object id="1" xmlns:s="{STANDARD}/slice/2015/07" s:meshresolution="lowres"')),
+        ("an encrypted model", package("%3McF and the rest")),
+        ("a path of an undeclared prefix", model('<item objectid="1"', '<item p:path="/3D/other.model" objectid="1"')),
+        ("names that differ only by backslashes", zipped([("_rels/.rels", RELATIONS), ("3D/3dmodel.model", MODEL), ("3D\\3dmodel.model", MODEL)])),
     ]
 
 

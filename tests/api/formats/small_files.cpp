@@ -251,6 +251,19 @@ std::string zip64_package() {
   return zip64(entries, entries.size());
 }
 
+std::string small_foreign_model() {
+  std::string object = triangle_object(1);
+  object.insert(object.find("</triangles>"), "<x:curved v1=\"0\"/>");
+  object.insert(object.find("type="), "s:slicestackid=\"5\" ");
+  return model("<ms:look id=\"4\"/>" + object, "<item objectid=\"1\"/>",
+               "xmlns:x=\"u\" xmlns:s=\"http://schemas.microsoft.com/3dmanufacturing/slice/2015/07\"");
+}
+
+// As some programs for Windows write it: backslashes in names, a relative target; and a prefix that is not declared.
+std::string backslash_package() {
+  return zip({{"_rels\\.rels", relationships("./3D/3dmodel.model")}, {"3D\\3dmodel.model", small_foreign_model()}});
+}
+
 std::vector<SmallFile> small_files() {
   const std::string two_solids = kAsciiStl + "SOLID Y" + kAsciiStl.substr(7);
   return {
@@ -289,6 +302,7 @@ std::vector<SmallFile> small_files() {
       {"heading.xyz", "//X Y Z R\r\n4\r\n0 0 0 9\r\n1 0 0 9\r\n0 1e-1 0 9\r\n0 0 1.5 9\r\n\x1A", 4, 4, 0, 1},
       {"instances.3mf", package(small_model()), 6, 2},
       {"zip64.3mf", zip64_package(), 3, 1, 22},  // the end record of a plain archive, which Zip64 does not need
+      {"backslash.3mf", backslash_package(), 3, 1},
       {"plain.obj.gz", gzipped(kObj), 5, 4},
       {"binary.stl.gz", gzipped(binary_stl("made by a test")), 6, 2},
   };

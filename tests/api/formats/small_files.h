@@ -30,6 +30,9 @@ std::vector<SmallFile> small_files();
 // The model inside the 3MF, which a checksum protects from damage.
 std::string small_model();
 
+// A model of a 3MF with elements and attributes of other namespaces, one of them not declared.
+std::string small_foreign_model();
+
 // The .gltf, a NUL, and the bytes of the file beside it: the input of targets/gltf_zip.cpp.
 std::string small_scene_and_data();
 

@@ -93,6 +93,24 @@ TEST_CASE("zip: names that lead out of the archive have no effect") {
   CHECK(contains(entry_of(archive, "etc/passwd"), "missing"));
 }
 
+TEST_CASE("zip: backslashes are joined on request, if all names stay different") {
+  const auto joined = [](const std::vector<ZipEntry>& entries) -> std::string {
+    const std::string archive = zip(entries);
+    const ReadLimits limits;
+    const Source source{bytes_of(archive), "a", limits};
+    auto opened = ZipArchive::open(source);
+    REQUIRE(opened.ok());
+    CHECK(!opened->has("a/b/c"));
+    const auto renamed = opened->join_backslashes();
+    if (!renamed) return renamed.error().message;
+    CHECK(opened->has("a/b/c"));
+    return std::to_string(*renamed);
+  };
+  CHECK(joined({{"A\\b\\C", "1"}, {"d/e", "2"}, {"f\\g", "3"}}) == "2");
+  CHECK(joined({{"a\\b/c", "1"}, {"A/b\\c", "2"}}) ==
+        "a\\b/c of 'a': occurs twice in the zip archive, with '/' and with '\\' between folders");
+}
+
 TEST_CASE("zip: encrypted, unsupported and damaged entries are refused by name") {
   CHECK(entry_of(zip({{"a", kText, 8, 1}}), "a") == "a of 'a': encrypted");
   CHECK(contains(entry_of(zip({{"a", kText, 12}}), "a"), "compressed by method 12; only deflate is supported"));

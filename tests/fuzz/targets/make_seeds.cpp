@@ -86,6 +86,7 @@ void write_meshes(Seeds& seeds) {
   seeds.write("gltf_zip", "external.parts", meshgauge::api::test::small_scene_and_data());
   for (const auto& [name, content] : meshgauge::api::test::small_archives()) seeds.write("zip", name, content);
   seeds.write("3mf", "model.xml", meshgauge::api::test::small_model());
+  seeds.write("3mf", "foreign.xml", meshgauge::api::test::small_foreign_model());
   const std::string separator(1, '\0');
   const std::string range = R"(<config><object id="1"><volume firstid="0" lastid="0"><metadata key="volume_type" )";
   const std::string part = R"(<config><object id="2"><part id="1" subtype=)";
