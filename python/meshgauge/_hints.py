@@ -20,10 +20,12 @@ def hint_for(mesh: Attributes) -> str:
     return ""
 
 
-def refuse(mesh: Attributes) -> InputError:
-    """The exception for an object that is not read."""
+def refusal(mesh: Attributes, of_list: str) -> InputError:
+    """The exception for an object that is not read. `of_list`: what the list that holds it may hold; "": no list holds it."""
     if mesh.has("vertices", "entities") or mesh.has("points", "lines"):  # a path of trimesh, a LineSet of Open3D
         return InputError(f"'{mesh.part}' {LINES_ALONE}: it is a {mesh.owner}", "empty-mesh")
+    if of_list:
+        return InputError(hint_for(mesh) or f"{mesh.said()}: {of_list}")
     return InputError(hint_for(mesh) or f"'{mesh.part}' must be a path, bytes, points, (vertices, faces), an object with vertices "
                       f"and faces or with points and faces or cells, or a list of such objects, not {mesh.owner}")
 
@@ -48,7 +50,7 @@ _HINTS: tuple[tuple[Callable[[Attributes], bool], str], ...] = (
      "a set of meshes: give the arrays of one, m = set.current_mesh(): (m.vertex_matrix(), m.face_matrix())"),
     (lambda mesh: mesh.has_method("vertex_matrix", "face_matrix"), "whose arrays are (mesh.vertex_matrix(), mesh.face_matrix()): give these"),
     (lambda mesh: mesh.has_method("verts_packed", "faces_packed"), "whose arrays are (meshes.verts_packed(), meshes.faces_packed()): give these"),
-    (lambda mesh: mesh.has_method("GetPolys") or mesh.has_method("GetCells", "GetPoints"), "of VTK: give pyvista.wrap() of it"),
+    (lambda mesh: any(mesh.has_method(name) for name in ("GetClassName", "GetPolys", "GetCells", "GetBlock")), "of VTK: give pyvista.wrap() of it"),
     (lambda mesh: mesh.get("Topology") is not None,
      "of FreeCAD: points, triangles = mesh.Topology, then give ([tuple(p) for p in points], triangles)"),
     (lambda mesh: mesh.has("vertices", "tetras"), "of tetrahedra, which are not read: give its surface, (vertices, faces)"),

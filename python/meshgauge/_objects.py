@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable, Mapping
 from typing import Any, Optional
@@ -10,6 +11,8 @@ from meshgauge import _arrays, _packed, _vtk_cells
 from meshgauge._attributes import Attributes, Place, guarded
 from meshgauge._surface import Surface
 from meshgauge.errors import InputError
+
+_OTHER_FACES = ("quads", "polygons", "ngons", "strips")
 
 # Adds an object to a surface. The unit is that of the scene which the object is in.
 Add = Callable[[Attributes, Surface, Optional[str]], None]
@@ -35,12 +38,14 @@ def class_name(value: Any) -> str:
 def _add_arrays(mesh: Attributes, surface: Surface, unit: Optional[str]) -> None:
     """trimesh; Open3D's legacy meshes."""
     name = "faces" if mesh.has("faces") else "triangles"
-    _add_triangles(mesh, surface, "vertices", name, unit_of(mesh) or unit)
-
-
-def _add_triangles(mesh: Attributes, surface: Surface, points: str, faces: str, unit: Optional[str]) -> None:
-    vertices = _arrays.vertices(mesh.data(points), mesh.place, points)
-    surface.add(mesh.place, vertices, _arrays.triangles(mesh.data(faces), len(vertices), mesh.place, faces), unit)
+    for other in _OTHER_FACES:
+        value = mesh.data(other)
+        if hasattr(type(value), "__len__") and guarded(mesh.place.of(other), functools.partial(len, value)):
+            raise InputError(f"{mesh.said()} with {other} beside {name}, which are not read: give all faces as triangles, "
+                             "(vertices, faces)", "unsupported-format")
+    vertices = _arrays.vertices(mesh.data("vertices"), mesh.place)
+    faces = _arrays.triangles(mesh.data(name), len(vertices), mesh.place, name)
+    surface.add(mesh.place, vertices, faces, unit_of(mesh) or unit)
 
 
 def _add_vectors(mesh: Attributes, surface: Surface, unit: Optional[str]) -> None:
@@ -159,7 +164,14 @@ def _add_cloud(mesh: Attributes, surface: Surface, unit: Optional[str]) -> None:
 
 
 def _is_poly_data(mesh: Attributes) -> bool:
-    return mesh.has("points") and any(mesh.has(name) for name in ("faces", "regular_faces", "strips"))
+    if not mesh.has("points"):
+        return False
+    alone = mesh.has("strips") and not mesh.has_method("GetPolys")  # VTK's own class has other faces beside its strips
+    return mesh.has("faces") or mesh.has("regular_faces") or alone
+
+
+def _has_blocks_of_cells(mesh: Attributes) -> bool:
+    return mesh.has("points") and isinstance(mesh.data("cells"), (list, tuple, Mapping)) and not mesh.has_method("GetCells")
 
 
 def _is_cloud(mesh: Attributes) -> bool:
@@ -174,7 +186,7 @@ _KINDS: tuple[tuple[Callable[[Attributes], bool], Add], ...] = (
     (_is_poly_data, _vtk_cells.add_poly_data),
     (lambda mesh: mesh.has("vectors"), _add_vectors),
     (lambda mesh: mesh.has("vert_properties", "tri_verts"), _add_properties),
-    (lambda mesh: mesh.has("points") and isinstance(mesh.data("cells"), (list, tuple, Mapping)), _add_cells),
+    (_has_blocks_of_cells, _add_cells),
     (lambda mesh: mesh.get("vertex") is not None and mesh.get("triangle") is not None, _add_tensors),
     (_is_cloud, _add_cloud),
     (lambda mesh: class_name(mesh.mesh) == "Manifold" and mesh.has_method("to_mesh"), _add_manifold),

@@ -42,11 +42,6 @@ class _Reader:
         self._meshes += 1
         if self._meshes > _MOST_MESHES:
             raise InputError(f"'{self._part}' holds more than {_MOST_MESHES} meshes", "too-large")
-        if _arrays.is_array(mesh) or isinstance(mesh, (list, tuple)):
-            self._add_sequence(mesh, part, unit)
-            return
-        if self._above and isinstance(mesh, (str, os.PathLike, bytes, bytearray, memoryview)):
-            raise InputError(f"'{part}' is a {type(mesh).__name__}: a list of meshes holds objects and pairs (vertices, faces), no files")
         attributes = Attributes(mesh, part)
         if _is_scene(attributes):
             self._add_scene(attributes, unit)
@@ -54,8 +49,13 @@ class _Reader:
             self._add_blocks(attributes, unit)
         elif (add := _objects.adder_of(attributes)) is not None:
             add(attributes, self.surface, unit)
+        elif _arrays.is_array(mesh) or isinstance(mesh, (list, tuple)):
+            self._add_sequence(mesh, part, unit)
         else:
-            raise _hints.refuse(attributes)
+            raise self._refusal(attributes)
+
+    def _refusal(self, mesh: Attributes) -> InputError:
+        return _hints.refusal(mesh, "a list of meshes holds objects and pairs (vertices, faces)" if self._above else "")
 
     def _add_sequence(self, mesh: Any, part: str, unit: Optional[str]) -> None:
         if _is_list_of_meshes(mesh, part):
@@ -66,10 +66,8 @@ class _Reader:
             self.surface.add(Place(part), vertices, _arrays.triangles(mesh[1], len(vertices), Place(part)), unit)
         elif _arrays.is_array(mesh) and not self._above:
             self.surface.add(Place(part), _arrays.vertices(mesh, Place(part)), _arrays.triangles(None, 0, Place(part)), unit)
-        elif self._above:
-            raise InputError(f"'{part}' is a {type(mesh).__name__}: a list of meshes holds objects and pairs (vertices, faces)")
         else:
-            raise _hints.refuse(Attributes(mesh, part))
+            raise self._refusal(Attributes(mesh, part))
 
     def _add_each(self, holder: Any, part: str, unit: Optional[str], meshes: Iterable[tuple[int, Any]]) -> None:
         """`meshes`: with their numbers in the holder."""
@@ -137,7 +135,10 @@ def _not_placed(scene: Attributes) -> int:
 
 
 def _holds_blocks(mesh: Attributes) -> bool:
-    return any(isinstance(mesh.data(name), int) for name in ("n_blocks", "n_partitions")) and hasattr(type(mesh.mesh), "__iter__")
+    """Whether this is a MultiBlock of PyVista, or a PartitionedDataSet."""
+    counts = (mesh.data(name) for name in ("n_blocks", "n_partitions"))
+    is_like = type(mesh.mesh).__name__ == "MultiBlock" or any(isinstance(count, int) for count in counts)
+    return is_like and any(hasattr(type(mesh.mesh), name) for name in ("__iter__", "__getitem__"))
 
 
 def _is_list_of_meshes(values: Any, part: str, depth: int = 0) -> bool:
@@ -153,9 +154,7 @@ def _is_mesh(value: Any, part: str, depth: int) -> bool:
     if _arrays.is_array(value):
         return _is_list_of_meshes(value, part)
     if isinstance(value, (list, tuple)):  # a pair (vertices, faces), or again a list of meshes; not a row of numbers, nor rows
-        if depth == _DEEPEST:
-            return False
-        return _is_list_of_meshes(value, part, depth + 1) or (len(value) == 2 and _is_table(value[0]))
+        return depth == _DEEPEST or _is_list_of_meshes(value, part, depth + 1) or (len(value) == 2 and _is_table(value[0]))
     if isinstance(value, (str, os.PathLike, bytes, bytearray, memoryview)):
         return True
     attributes = Attributes(value, part)

@@ -9,7 +9,7 @@ from meshgauge._attributes import Attributes
 from meshgauge._surface import Surface
 from meshgauge.errors import InputError
 
-STRIPS = "strips of triangles, split into their triangles"
+STRIPS = "strips of triangles, split into triangles and measured"
 
 _TRIANGLE, _STRIP, _POLYGON, _PIXEL, _QUAD = 5, 6, 7, 8, 9
 _CORNERS = {_TRIANGLE: 3, _PIXEL: 4, _QUAD: 4}
