@@ -22,12 +22,14 @@ def hint_for(mesh: Attributes) -> str:
 
 def refusal(mesh: Attributes, of_list: str) -> InputError:
     """The exception for an object that is not read. `of_list`: what the list that holds it may hold; "": no list holds it."""
+    if hint := hint_for(mesh):
+        return InputError(hint)
     if mesh.has("vertices", "entities") or mesh.has("points", "lines"):  # a path of trimesh, a LineSet of Open3D
         return InputError(f"'{mesh.part}' {LINES_ALONE}: it is a {mesh.owner}", "empty-mesh")
     if of_list:
-        return InputError(hint_for(mesh) or f"{mesh.said()}: {of_list}")
-    return InputError(hint_for(mesh) or f"'{mesh.part}' must be a path, bytes, points, (vertices, faces), an object with vertices "
-                      f"and faces or with points and faces or cells, or a list of such objects, not {mesh.owner}")
+        return InputError(f"{mesh.said()}: {of_list}")
+    return InputError(f"'{mesh.part}' must be a path, bytes, points, (vertices, faces), an object with vertices and faces or with "
+                      f"points and faces or cells, or a list of such objects, not {mesh.owner}")
 
 
 def _of(*libraries: str) -> Callable[[Attributes], bool]:

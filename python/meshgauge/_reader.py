@@ -59,8 +59,7 @@ class _Reader:
 
     def _add_sequence(self, mesh: Any, part: str, unit: Optional[str]) -> None:
         if _is_list_of_meshes(mesh, part):
-            self._add_each(mesh, part, unit, enumerate(mesh))
-            self.surface.count("meshes of a list, measured as one surface", len(mesh))
+            self._add_each(mesh, part, unit, enumerate(mesh), "a list")
         elif isinstance(mesh, (list, tuple)) and len(mesh) == 2:
             vertices = _arrays.vertices(mesh[0], Place(part))
             self.surface.add(Place(part), vertices, _arrays.triangles(mesh[1], len(vertices), Place(part)), unit)
@@ -69,8 +68,9 @@ class _Reader:
         else:
             raise self._refusal(Attributes(mesh, part))
 
-    def _add_each(self, holder: Any, part: str, unit: Optional[str], meshes: Iterable[tuple[int, Any]]) -> None:
-        """`meshes`: with their numbers in the holder."""
+    def _add_each(self, holder: Any, part: str, unit: Optional[str], meshes: Iterable[tuple[int, Any]], kind: str) -> None:
+        """`meshes`: with their numbers in the holder. `kind`: that of the holder, for the note."""
+        self.surface.holder = self.surface.holder or kind
         if any(above is holder for above in self._above):
             raise InputError(f"'{part}' holds itself")
         if len(self._above) == _DEEPEST:
@@ -84,8 +84,7 @@ class _Reader:
         """A MultiBlock of PyVista, where None stands for a block without content."""
         blocks = _listed(mesh.mesh, mesh.place.of("the blocks"))
         present = [(number, block) for number, block in enumerate(blocks) if block is not None]
-        self._add_each(mesh.mesh, mesh.part, unit, present)
-        self.surface.count("meshes of blocks, measured as one surface", len(present))
+        self._add_each(mesh.mesh, mesh.part, unit, present, "blocks")
         self.surface.count("blocks without content, left out", len(blocks) - len(present))
 
     def _add_scene(self, mesh: Attributes, unit: Optional[str]) -> None:
@@ -98,8 +97,7 @@ class _Reader:
         is_list = isinstance(made, (list, tuple)) or (_arrays.is_array(made) and made.dtype == object)
         meshes = _listed(made, mesh.place.of(maker + "()")) if is_list else [made]
         placed = [(number, one) for number, one in enumerate(meshes) if not self._is_path(one)]
-        self._add_each(mesh.mesh, mesh.part, _objects.unit_of(mesh) or unit, placed)
-        self.surface.count("meshes of a scene, at their places, measured as one surface", len(placed))
+        self._add_each(mesh.mesh, mesh.part, _objects.unit_of(mesh) or unit, placed, "a scene, at their places")
         self.surface.count("objects outside of the build or the scene, left out", _not_placed(mesh))
 
     def _is_path(self, mesh: Any) -> bool:

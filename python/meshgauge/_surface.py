@@ -40,6 +40,7 @@ class Surface:
         self._part = part
         self._pieces: list[_Piece] = []
         self._counts: dict[str, int] = {}
+        self.holder = ""  # of the meshes: "a list", "blocks"; "": there is one mesh
         self.points = 0  # that no face needs
         self.lines = 0
         self.joins = 0  # of strips, and strips without a triangle
@@ -60,7 +61,10 @@ class Surface:
         pieces = self._measured()
         mesh = self._joined(pieces)
         mesh.unit = self._unit(pieces)
-        if pieces[0].face_count:
+        has_faces = pieces[0].face_count > 0
+        if self.holder:
+            self.count(f"{'meshes' if has_faces else 'clouds'} of {self.holder}, measured as one", len(pieces))
+        if has_faces:
             mesh.skipped = self.points + self.lines + self.joins
             self.count(NO_SURFACE, mesh.skipped)
         mesh.notes = tuple(f"{what}: {number}" for what, number in self._counts.items())

@@ -11,9 +11,9 @@ from meshgauge import _meshes, _reader
 
 LEFT, RIGHT = shapes.box(1.0), shapes.box(1.0, (5.0, 0.0, 0.0))
 BOTH = (numpy.concatenate([LEFT[0], RIGHT[0]]), numpy.concatenate([LEFT[1], RIGHT[1] + 8]))
-OF_LIST = "meshes of a list, measured as one surface: "
-OF_BLOCKS = "meshes of blocks, measured as one surface: "
-OF_SCENE = "meshes of a scene, at their places, measured as one surface: "
+OF_LIST = "meshes of a list, measured as one: "
+OF_BLOCKS = "meshes of blocks, measured as one: "
+OF_SCENE = "meshes of a scene, at their places, measured as one: "
 NO_SURFACE = "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no surface: "
 
 
@@ -41,7 +41,7 @@ class Lists(Case):
                      [(points.tolist(), faces.tolist()) for points, faces in (LEFT, RIGHT)], iter_of(left, right)):
             with self.subTest(str(mesh)[:60]):
                 self.assert_both(mesh, (OF_LIST if not isinstance(mesh, objects.MultiBlock) else OF_BLOCKS) + "2")
-        self.assert_both([[left], [[right]]], OF_LIST + "5")
+        self.assert_both([[left], [[right]]], OF_LIST + "2")
         self.assert_both([objects.Trimesh(*BOTH)], OF_LIST + "1")
         self.assert_both([left, right, left], OF_LIST + "3", triangles=36)
 
@@ -60,7 +60,7 @@ class Lists(Case):
 
     def test_clouds(self):
         cloud = objects.PointCloud(LEFT[0])
-        self.assert_both([objects.Trimesh(*BOTH), cloud], "meshes without faces, left out: 1", OF_LIST + "2")
+        self.assert_both([objects.Trimesh(*BOTH), cloud], "meshes without faces, left out: 1", OF_LIST + "1")
         result = meshgauge.compare([cloud, objects.PointCloud(RIGHT[0])], BOTH, direction="a_to_b")
         self.assertEqual((result.upper, result.document["meshes"]["a"]["vertices"]), (0, 16))
 
@@ -90,7 +90,7 @@ class Lists(Case):
         for _ in range(17):
             deep = [deep]
         self.assert_refused(deep, "more than 16 deep")
-        self.assert_both(deep[0][0:1] + [objects.Trimesh(*RIGHT)], OF_LIST + "17")
+        self.assert_both([deep[0][0], objects.Trimesh(*RIGHT)], OF_LIST + "2")
 
         class Endless:
             n_blocks = 1
@@ -110,8 +110,8 @@ def iter_of(*meshes):
 class Blocks(Case):
     def test_blocks(self):
         left, right = (objects.Trimesh(*mesh) for mesh in (LEFT, RIGHT))
-        self.assert_both(objects.MultiBlock(left, None, objects.MultiBlock(right, None)), OF_BLOCKS + "3", "blocks without content, left out: 2")
-        self.assert_both([objects.MultiBlock(left), right], OF_BLOCKS + "1", OF_LIST + "2")
+        self.assert_both(objects.MultiBlock(left, None, objects.MultiBlock(right, None)), "blocks without content, left out: 2", OF_BLOCKS + "2")
+        self.assert_both([objects.MultiBlock(left), right], OF_LIST + "2")
         self.assert_refused(objects.MultiBlock(left, objects.UnstructuredGrid(LEFT[0], (10, range(4)))), "'a[1]' is a objects.UnstructuredGrid",
                             "tetra", kind="unsupported-format")
         self.assert_refused(objects.MultiBlock(None), "'a' has no triangles", kind="empty-mesh")
@@ -119,7 +119,7 @@ class Blocks(Case):
         class MultiBlock(list):
             """As a list of blocks with names."""
 
-        self.assert_both(MultiBlock([left, None, right]), OF_BLOCKS + "2", "blocks without content, left out: 1")
+        self.assert_both(MultiBlock([left, None, right]), "blocks without content, left out: 1", OF_BLOCKS + "2")
 
 
 class Scenes(Case):
@@ -128,14 +128,14 @@ class Scenes(Case):
         return objects.Scene({"box": box, "spare": box}, [("box", [0, 0, 0]), ("box", [5, 0, 0])], units.get("scene"))
 
     def test_meshes_at_their_places(self):
-        self.assert_both(self.scene(), OF_SCENE + "2", "objects outside of the build or the scene, left out: 1")
+        self.assert_both(self.scene(), "objects outside of the build or the scene, left out: 1", OF_SCENE + "2")
         for method in ("to_geometry", "to_mesh"):
             self.assert_both(objects.SceneOfOne(method, objects.Trimesh(*BOTH)), OF_SCENE + "1")
 
     def test_what_has_no_surface(self):
         path, cloud = objects.Path3D(LEFT[0], [1, 2, 3]), objects.PointCloud(LEFT[0])
         scene = objects.Scene({"a": objects.Trimesh(*BOTH), "path": path, "cloud": cloud}, [("a", 0), ("path", 0), ("cloud", 0)])
-        self.assert_both(scene, OF_SCENE + "2", "meshes without faces, left out: 1", NO_SURFACE + "3")
+        self.assert_both(scene, "meshes without faces, left out: 1", OF_SCENE + "1", NO_SURFACE + "3")
         self.assert_refused(objects.Scene({"path": path}, [("path", 0)]), "lines alone", kind="empty-mesh")
         self.assert_refused(objects.Scene({}, []), "no triangles", kind="empty-mesh")
 

@@ -176,7 +176,7 @@ class Others(Case):
             self.skipTest("Open3D is not installed")
         legacy = open3d.geometry.TriangleMesh(open3d.utility.Vector3dVector(VERTICES), open3d.utility.Vector3iVector(FACES.astype(numpy.int32)))
         self.assert_same(legacy, BOX, 12)
-        self.assert_same([legacy, legacy], BOX, 24, "meshes of a list, measured as one surface: 2")
+        self.assert_same([legacy, legacy], BOX, 24, "meshes of a list, measured as one: 2")
         self.assert_same(open3d.t.geometry.TriangleMesh.from_legacy(legacy), BOX, 12)
 
     def test_cells_of_meshio(self):
