@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+from collections.abc import Mapping
 from typing import Any, Optional, Union
 
 from meshgauge import _arrays, _native, _ply
@@ -11,11 +12,17 @@ from meshgauge._attributes import Place
 from meshgauge._packed import Packed
 
 
+NO_SURFACE = "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no surface"
+MERGED = "vertices merged with another at exactly the same position"
+NOT_PLACED = "objects outside of the build or the scene, left out"
+# Notes that the engine has as well (api/notes.cpp), and the member of the result that has their count.
+_MEMBERS = {NO_SURFACE: "skipped_primitives", MERGED: "welded_vertices", NOT_PLACED: "unused_objects"}
+
+
 class Source:
     """One mesh."""
 
-    notes: tuple[str, ...] = ()  # on what an object holds and is not measured, or how it was taken
-    skipped: int = 0  # points, lines and joins of strips of an object, without a surface
+    counts: Mapping[str, int] = {}  # of notes: on what an object holds and is not measured, and how it was taken
     unit: Optional[str] = None  # that an object names
 
     def to_native(self) -> _native.Mesh:
@@ -100,18 +107,20 @@ def units_of(a: Source, b: Source) -> Optional[tuple[Optional[str], Optional[str
     return None if (a.unit, b.unit) == (None, None) else (a.unit, b.unit)
 
 
-Notes = dict[str, tuple[tuple[str, ...], int]]
+Notes = dict[str, Mapping[str, int]]
 
 
 def notes_of(a: Source, b: Source) -> Notes:
     """What was noted when the meshes were read here, for noted()."""
-    return {name: (mesh.notes, mesh.skipped) for name, mesh in (("a", a), ("b", b)) if mesh.notes}
+    return {name: mesh.counts for name, mesh in (("a", a), ("b", b)) if mesh.counts}
 
 
 def noted(document: dict[str, Any], notes: Notes) -> dict[str, Any]:
     """Adds notes to the result document, and returns it."""
-    for name, (said, skipped) in notes.items():
+    for name, counts in notes.items():
         mesh = document["meshes"][name]
-        mesh["notes"] = [*mesh.get("notes", ()), *said]
-        mesh["skipped_primitives"] = mesh.get("skipped_primitives", 0) + skipped
+        mesh["notes"] = [*mesh.get("notes", ()), *(f"{what}: {number}" for what, number in counts.items())]
+        for what, number in counts.items():
+            if what in _MEMBERS:
+                mesh[_MEMBERS[what]] = mesh.get(_MEMBERS[what], 0) + number
     return document

@@ -9,6 +9,7 @@ from typing import Any, Optional
 
 from meshgauge import _arrays, _packed, _vtk_cells
 from meshgauge._attributes import Attributes, Place, guarded
+from meshgauge._meshes import MERGED
 from meshgauge._surface import Surface
 from meshgauge.errors import InputError
 
@@ -64,7 +65,7 @@ def _add_vectors(mesh: Attributes, surface: Surface, unit: Optional[str]) -> Non
         raise InputError(f"a corner of triangle {corner // 3} of '{mesh.part}' is {what}", "non-finite-vertex",
                          f"triangle {corner // 3}")
     points, index = _arrays.welded(corners)
-    surface.count("vertices merged with another at exactly the same position", len(corners) - len(points))
+    surface.count(MERGED, len(corners) - len(points))
     surface.add(mesh.place, points, index.reshape(-1, 3), unit)
 
 

@@ -8,7 +8,7 @@ from typing import Any, Optional
 
 from meshgauge import _arrays, _hints, _objects
 from meshgauge._attributes import Attributes, Place, guarded
-from meshgauge._meshes import Content, File, Source
+from meshgauge._meshes import NOT_PLACED, Content, File, Source
 from meshgauge._surface import Surface
 from meshgauge.errors import InputError
 
@@ -98,7 +98,7 @@ class _Reader:
         meshes = _listed(made, mesh.place.of(maker + "()")) if is_list else [made]
         placed = [(number, one) for number, one in enumerate(meshes) if not self._is_path(one)]
         self._add_each(mesh.mesh, mesh.part, _objects.unit_of(mesh) or unit, placed, "a scene, at their places")
-        self.surface.count("objects outside of the build or the scene, left out", _not_placed(mesh))
+        self.surface.count(NOT_PLACED, _not_placed(mesh))
 
     def _is_path(self, mesh: Any) -> bool:
         """Whether one of a scene is a path of trimesh, without a surface. Counts its lines."""

@@ -6,11 +6,10 @@ from typing import Any, NamedTuple, Optional, Union
 
 from meshgauge import _arrays, _packed
 from meshgauge._attributes import Place
-from meshgauge._meshes import Arrays, Polygons, Source
+from meshgauge._meshes import NO_SURFACE, Arrays, Polygons, Source
 from meshgauge._packed import Packed
 from meshgauge.errors import InputError
 
-NO_SURFACE = "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no surface"
 LINES_ALONE = "has lines alone, and no triangles"
 
 
@@ -65,9 +64,8 @@ class Surface:
         if self.holder:
             self.count(f"{'meshes' if has_faces else 'clouds'} of {self.holder}, measured as one", len(pieces))
         if has_faces:
-            mesh.skipped = self.points + self.lines + self.joins
-            self.count(NO_SURFACE, mesh.skipped)
-        mesh.notes = tuple(f"{what}: {number}" for what, number in self._counts.items())
+            self.count(NO_SURFACE, self.points + self.lines + self.joins)
+        mesh.counts = self._counts
         return mesh
 
     def _measured(self) -> list[_Piece]:
