@@ -36,7 +36,14 @@ def _of(*libraries: str) -> Callable[[Attributes], bool]:
     return lambda mesh: mesh.owner.partition(".")[0] in libraries
 
 
-_CAD = "a shape without triangles, which its tessellate() makes: points, triangles = {0}.tessellate(0.01), then give ([{1} for p in points], triangles)"
+def _is_of_blender(mesh: Attributes) -> bool:
+    """An Object, a Mesh or a BMesh."""
+    has_loops = any(mesh.get(name) is not None for name in ("loops", "loop_triangles"))
+    return _of("bpy", "bpy_types", "bmesh")(mesh) or mesh.get("matrix_world") is not None or (has_loops and not mesh.has("faces"))
+
+
+_CAD = ("a shape without triangles, which its tessellate() makes: points, triangles = {0}.tessellate(0.01), then give "
+        "([{1} for p in points], triangles)")
 _HINTS: tuple[tuple[Callable[[Attributes], bool], str], ...] = (
     (lambda mesh: _of("cadquery")(mesh) and mesh.has_method("toCompound"), _CAD.format("assembly.toCompound()", "p.toTuple()")),
     (lambda mesh: _of("cadquery")(mesh) and not mesh.has_method("tessellate") and mesh.has_method("val"),
@@ -45,7 +52,7 @@ _HINTS: tuple[tuple[Callable[[Attributes], bool], str], ...] = (
     (lambda mesh: mesh.has_method("extract_surface"), "which has no faces of its own: give its surface, .extract_surface()"),
     (lambda mesh: mesh.has_method("tessellate"), _CAD.format("shape", "tuple(p)")),
     (lambda mesh: _of("build123d")(mesh) and mesh.get("part") is not None, _CAD.format("builder.part", "tuple(p)")),
-    (_of("bpy", "bpy_types", "bmesh"),
+    (_is_of_blender,
      "of Blender: give arrays, with m = object.to_mesh() and m.calc_loop_triangles() before: ([tuple(object.matrix_world @ v.co) "
      "for v in m.vertices], [tuple(t.vertices) for t in m.loop_triangles]); or write a file, bpy.ops.wm.stl_export()"),
     (lambda mesh: mesh.has_method("current_mesh"),

@@ -5,8 +5,9 @@ import unittest
 import numpy
 
 import meshgauge
+import objects
 import shapes
-from meshgauge import _meshes
+from meshgauge import _meshes, _reader
 
 VERTICES, FACES = shapes.grid(3, 0.1)
 GOOD = (VERTICES, FACES)
@@ -156,9 +157,10 @@ class Accepted(unittest.TestCase):
         read_only = VERTICES.copy()
         read_only.flags.writeable = False
         for vertices, faces in ((VERTICES, FACES), (read_only, FACES.astype(numpy.int32))):
-            arrays = _meshes.Arrays(vertices, faces, "a")
-            self.assertTrue(numpy.shares_memory(arrays.vertices, vertices))
-            self.assertTrue(numpy.shares_memory(arrays.triangles, faces))
+            for arrays in (_meshes.Arrays(vertices, faces, "a"), _reader.source_of((vertices, faces), "a"),
+                           _reader.source_of(objects.Trimesh(vertices, faces), "a"), _reader.source_of([(vertices, faces)], "a")):
+                self.assertTrue(numpy.shares_memory(arrays.vertices, vertices))
+                self.assertTrue(numpy.shares_memory(arrays.triangles, faces))
 
     def test_arrays_are_not_changed(self):
         vertices, faces = VERTICES.copy(), FACES.copy()

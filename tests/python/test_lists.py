@@ -68,7 +68,8 @@ class Lists(Case):
     def test_what_is_refused(self):
         mesh = objects.Trimesh(*LEFT)
         for held, *words in ((["a.stl", "b.stl"], "'a[0]' is a str", "a list of meshes holds"), ([mesh, b"solid"], "'a[1]' is a bytes"),
-                             ([mesh, None], "'a[1]' is a NoneType"), ([None, mesh], "'a[0]' is a NoneType"), ([mesh, LEFT[0]], "'a[1]' is a numpy.ndarray"),
+                             ([mesh, None], "'a[1]' is a NoneType"), ([None, mesh], "'a[0]' is a NoneType"),
+                             ([mesh, LEFT[0]], "'a[1]' is a numpy.ndarray"),
                              ([mesh, 5], "'a[1]' is a int"), ([mesh, object()], "'a[1]' is a object"), ([mesh, []], "'a[1]' is a list"),
                              ([mesh, objects.StructuredGrid()], "'a[1]' is a objects.StructuredGrid", "extract_surface()"),
                              ([objects.of_library("build123d", "Part", tessellate=None)] * 2, "'a[0]'", "tessellate")):

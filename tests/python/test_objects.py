@@ -182,9 +182,11 @@ class Others(Case):
         self.assert_same(open3d.t.geometry.TriangleMesh.from_legacy(legacy), BOX, 12)
 
     def test_cells_of_meshio(self):
-        mesh = objects.Meshio(SQUARE, ("triangle", [[0, 1, 2]]), ("polygon", [[4, 5, 6, 7]]), ("line3", [[0, 1, 2]]), ("tetra", numpy.empty((0, 4))))
+        mesh = objects.Meshio(SQUARE, ("triangle", [[0, 1, 2]]), ("polygon", [[4, 5, 6, 7]]), ("line3", [[0, 1, 2]]),
+                              ("tetra", numpy.empty((0, 4))))
         self.assert_same(mesh, (SQUARE, numpy.array([(0, 1, 2), (4, 5, 6), (4, 6, 7)])), 3, f"{NO_SURFACE}: 1")
-        for kind, data, message in (("triangle6", [[0, 1, 2, 3, 4, 5]], "cells of the type 'triangle6' (1)"), ("hexahedron", [range(8)] * 2, "'hexahedron' (2)"),
+        for kind, data, message in (("triangle6", [[0, 1, 2, 3, 4, 5]], "cells of the type 'triangle6' (1)"),
+                                    ("hexahedron", [range(8)] * 2, "'hexahedron' (2)"),
                                     ("quad", [[0, 1, 2]], "cells[0] of 'a' (objects.Meshio) must have the corners of a quad, not 3"),
                                     ("triangle", [[0, 1, 8]], "triangle 0 of 'a' uses vertex 8 of 8"), ("triangle", [[0.5, 1, 2]], "float64"),
                                     ("triangle", [0, 1, 2], "(3,)"), ("polygon", [[0, 1]], "not 2")):
@@ -230,12 +232,14 @@ class Refused(Case):
     def test_a_sentence_helps(self):
         of = objects.of_library
         for mesh, *words in (
-                (of("build123d.topology", "Part", tessellate=None, vertices=None, faces=None), "build123d.topology.Part", "shape.tessellate(0.01)", "tuple(p)"),
+                (of("build123d.topology", "Part", tessellate=None, vertices=None, faces=None),
+                 "build123d.topology.Part", "shape.tessellate(0.01)", "tuple(p)"),
                 (of("cadquery.occ_impl.shapes", "Solid", tessellate=None, Vertices=None), "shape.tessellate(0.01)", "p.toTuple()"),
                 (of("cadquery.cq", "Workplane", val=None, faces=None, vertices=None), "part.val().tessellate(0.01)", "p.toTuple()"),
                 (of("build123d.build_part", "BuildPart", part=1), "builder.part.tessellate(0.01)"),
                 (of("bpy_types", "Object", to_mesh=None), "Blender", "calc_loop_triangles()"),
                 (of("bpy_types", "Mesh", vertices=[1], polygons=[1]), "Blender"),
+                (of("other", "Object", matrix_world=[1]), "Blender"), (of("other", "Mesh", vertices=[1], loop_triangles=[1]), "Blender"),
                 (of("pymeshlab.pmeshlab", "MeshSet", current_mesh=None), "m.vertex_matrix(), m.face_matrix()"),
                 (of("pymeshlab.pmeshlab", "Mesh", vertex_matrix=None, face_matrix=None), "mesh.vertex_matrix()"),
                 (of("pytorch3d.structures.meshes", "Meshes", verts_packed=None, faces_packed=None), "verts_packed()"),
