@@ -8,6 +8,7 @@ import numpy
 import meshgauge
 import objects
 import shapes
+from meshgauge import _arrays
 
 VERTICES, FACES = shapes.box(9.0)
 BOX = (VERTICES, FACES)
@@ -152,6 +153,15 @@ class Others(Case):
         result = meshgauge.compare(mesh, (numpy.array([(5, 0, 0), (0, 5, 0), (1, 1, 0)], float), [(0, 1, 2)]), vertex_distances=True)
         self.assertEqual(result.vertex_distances[:2].tolist(), [0, 0])
         self.assertAlmostEqual(result.vertex_distances[2], math.sqrt(2))
+
+    def test_corners_are_merged_where_they_are_equal(self):
+        random = numpy.random.default_rng(3)
+        corners = random.integers(-2, 3, (3000, 3)) * random.choice([1.0, 0.1, -0.0], (3000, 1))
+        first = {}
+        expected = [first.setdefault(tuple(corner), len(first)) for corner in corners.tolist()]
+        points, index = _arrays.welded(corners)
+        self.assertEqual(index.tolist(), expected)
+        self.assertTrue((points[index] == corners).all())
 
     def test_a_real_numpy_stl_mesh(self):
         try:
