@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
-from meshgauge import _meshes, _native, _options, _reader
+from meshgauge import _meshes, _native, _options
 from meshgauge.errors import InputError, ServiceError
 from meshgauge.result import Directed, Result, Witness
 
@@ -90,7 +90,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         TimeoutError: the time was over before both meshes were read, or all vertices measured.
         MemoryError: there is no memory for a copy that is needed.
     """
-    sources = _reader.source_of(a, "a"), _reader.source_of(b, "b")
+    sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
     options = _options.document(
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
         units=units if units is not None else _meshes.units_of(*sources), strategy=strategy, points=points,

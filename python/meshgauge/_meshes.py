@@ -5,11 +5,13 @@ from __future__ import annotations
 import ctypes
 import os
 from collections.abc import Mapping
-from typing import Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, Union
 
 from meshgauge import _arrays, _native, _ply
 from meshgauge._attributes import Place
-from meshgauge._packed import Packed
+
+if TYPE_CHECKING:
+    from meshgauge._packed import Packed
 
 
 NO_SURFACE = "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no surface"
@@ -100,6 +102,17 @@ class File(Source):
     def to_file(self) -> bytes:
         with open(self.path, "rb") as file:
             return file.read()
+
+
+def source_of(mesh: Any, part: str) -> Source:
+    """The one way in for whatever a user gives. Raises InputError when it is no mesh, OSError for a path without a file."""
+    if isinstance(mesh, (str, os.PathLike)):
+        return File(mesh)
+    if isinstance(mesh, (bytes, bytearray, memoryview)):
+        return Content(bytes(mesh))
+    from meshgauge import _reader  # with all that it needs; files need it not
+
+    return _reader.source_of_objects(mesh, part)
 
 
 def units_of(a: Source, b: Source) -> Optional[tuple[Optional[str], Optional[str]]]:

@@ -1,4 +1,4 @@
-"""One way in for every mesh that a user of Python gives: paths, bytes, arrays, objects of other libraries, and lists of them."""
+"""Walks through what a user gives: arrays, objects of other libraries, and lists, blocks and scenes of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Optional
 
 from meshgauge import _arrays, _hints, _objects
 from meshgauge._attributes import Attributes, Place, guarded
-from meshgauge._meshes import NOT_PLACED, Content, File, Source
+from meshgauge._meshes import NOT_PLACED, Source
 from meshgauge._surface import Surface
 from meshgauge.errors import InputError
 
@@ -17,19 +17,15 @@ _MOST_MESHES = 1_000_000  # of all lists, blocks and scenes of one mesh: an iter
 _MAKERS = ("dump", "to_geometry", "to_mesh")  # of the meshes of a scene at their places, in trimesh
 
 
-def source_of(mesh: Any, part: str) -> Source:
-    """Finds out what `mesh` is. Raises InputError when it is no mesh, OSError for a path without a file."""
-    if isinstance(mesh, (str, os.PathLike)):
-        return File(mesh)
-    if isinstance(mesh, (bytes, bytearray, memoryview)):
-        return Content(bytes(mesh))
+def source_of_objects(mesh: Any, part: str) -> Source:
+    """What is no file, for _meshes.source_of()."""
     reader = _Reader(part)
     reader.add(mesh, part, None)
     return reader.surface.source()
 
 
 class _Reader:
-    """Walks through lists, blocks and scenes."""
+    """Adds every mesh that it comes to, to one surface."""
 
     def __init__(self, part: str) -> None:
         self.surface = Surface(part)

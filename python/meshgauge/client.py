@@ -12,7 +12,7 @@ import uuid
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, Optional, Union
 
-from meshgauge import _meshes, _options, _reader
+from meshgauge import _meshes, _options
 from meshgauge._http import Answer, Http
 from meshgauge.errors import InputError, ServiceError, input_error, kind_of
 from meshgauge.result import Result
@@ -114,7 +114,7 @@ class Client:
                 raise
         stored: dict[str, bool] = {}
         for mesh, part in zip(meshes, "ab"):
-            self._store(_reader.source_of(mesh, part), part, stored)
+            self._store(_meshes.source_of(mesh, part), part, stored)
         return self.ask("GET", path).body
 
     def ask(self, method: str, path: str, body: Iterable[bytes] = (), headers: Optional[Mapping[str, str]] = None) -> Answer:
@@ -137,7 +137,7 @@ class Client:
 
     def _compare(self, a: Any, b: Any, max_distance: Optional[_options.Length], options: Mapping[str, Any],
                  headers: Mapping[str, str]) -> tuple[Answer, _meshes.Notes]:
-        sources = _reader.source_of(a, "a"), _reader.source_of(b, "b")
+        sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
         options = dict(options)
         options.setdefault("units", _meshes.units_of(*sources))
         form = _Form()
@@ -150,7 +150,7 @@ class Client:
 
     def _stored_pair(self, pair: Any, stored: dict[str, bool], all_notes: list[_meshes.Notes]) -> dict[str, Any]:
         a, b, *more = pair
-        sources = _reader.source_of(a, "a"), _reader.source_of(b, "b")
+        sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
         options = dict(more[0]) if more else {}
         options.setdefault("units", _meshes.units_of(*sources))
         all_notes.append(_meshes.notes_of(*sources))

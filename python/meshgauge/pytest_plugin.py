@@ -20,7 +20,7 @@ from typing import Any, Callable, Mapping, Optional
 
 import pytest
 
-from meshgauge import _meshes, _options, _reader, compare
+from meshgauge import _meshes, _options, compare
 from meshgauge.result import Result
 
 _REPORT_SECONDS = 300.0  # pictures of large meshes take longer than the measurement
@@ -95,7 +95,7 @@ class _Baseline:
         __tracebackhide__ = True
         if not self.may_be_written:
             pytest.fail(f"the baseline {self.mesh} {why}; pytest --meshgauge-update writes it", pytrace=False)
-        source = _reader.source_of(actual, "actual")
+        source = _meshes.source_of(actual, "actual")
         suffix = _suffix(source)
         if suffix is not None and self.mesh.suffix.lower() != suffix:
             pytest.fail(f"the baseline {self.mesh} cannot be written: name it *{suffix}", pytrace=False)
@@ -118,7 +118,7 @@ class _Report:
         """Writes it and returns its address, or why there is none."""
         self._place.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
-            sources = _reader.source_of(actual, "actual"), _reader.source_of(expected, "expected")
+            sources = _meshes.source_of(actual, "actual"), _meshes.source_of(expected, "expected")
             command = [sys.executable, "-m", "meshgauge", "check", _as_file(sources[0], folder, "actual"),
                        _as_file(sources[1], folder, "expected"), f"--html={self._place}", *self._flags(*sources)]
             try:

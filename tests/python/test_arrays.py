@@ -7,7 +7,7 @@ import numpy
 import meshgauge
 import objects
 import shapes
-from meshgauge import _meshes, _reader
+from meshgauge import _meshes
 
 VERTICES, FACES = shapes.grid(3, 0.1)
 GOOD = (VERTICES, FACES)
@@ -158,8 +158,8 @@ class Accepted(unittest.TestCase):
         read_only = VERTICES.copy()
         read_only.flags.writeable = False
         for vertices, faces in ((VERTICES, FACES), (read_only, FACES.astype(numpy.int32))):
-            for arrays in (_meshes.Arrays(vertices, faces, "a"), _reader.source_of((vertices, faces), "a"),
-                           _reader.source_of(objects.Trimesh(vertices, faces), "a"), _reader.source_of([(vertices, faces)], "a")):
+            for arrays in (_meshes.Arrays(vertices, faces, "a"), _meshes.source_of((vertices, faces), "a"),
+                           _meshes.source_of(objects.Trimesh(vertices, faces), "a"), _meshes.source_of([(vertices, faces)], "a")):
                 self.assertTrue(numpy.shares_memory(arrays.vertices, vertices))
                 self.assertTrue(numpy.shares_memory(arrays.triangles, faces))
 

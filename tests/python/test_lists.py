@@ -7,7 +7,7 @@ import numpy
 import meshgauge
 import objects
 import shapes
-from meshgauge import _meshes, _reader
+from meshgauge import _meshes
 
 LEFT, RIGHT = shapes.box(1.0), shapes.box(1.0, (5.0, 0.0, 0.0))
 BOTH = (numpy.concatenate([LEFT[0], RIGHT[0]]), numpy.concatenate([LEFT[1], RIGHT[1] + 8]))
@@ -162,12 +162,12 @@ class Scenes(Case):
 class OtherWays(unittest.TestCase):
     def test_the_file_that_is_sent_or_written(self):
         for mesh in ([objects.Trimesh(*LEFT), objects.Trimesh(*RIGHT)], objects.MultiBlock(LEFT, RIGHT)):
-            content = _reader.source_of(mesh, "a").to_file()
+            content = _meshes.source_of(mesh, "a").to_file()
             self.assertEqual(meshgauge.compare(content, BOTH).upper, 0)
 
     def test_notes_of_a_service_s_result(self):
         path = objects.PolyData(LEFT[0], [3, 0, 1, 2], lines=[2, 0, 1])
-        sources = _reader.source_of([path], "a"), _reader.source_of(RIGHT, "b")
+        sources = _meshes.source_of([path], "a"), _meshes.source_of(RIGHT, "b")
         document = {"meshes": {"a": {"notes": ["one"], "skipped_primitives": 2}, "b": {"notes": []}}}
         self.assertEqual(_meshes.noted(document, _meshes.notes_of(*sources)),
                          {"meshes": {"a": {"notes": ["one", OF_LIST + "1", NO_SURFACE + "1"], "skipped_primitives": 3}, "b": {"notes": []}}})
