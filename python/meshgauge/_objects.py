@@ -142,7 +142,6 @@ def _block(block: Any, place: Place, number: int) -> tuple[str, Any]:
 
 
 def _faces_of_block(kind: str, data: Any, vertices: int, mesh: Attributes, number: int) -> _packed.Packed:
-    numpy = _arrays.numpy_module()
     if not re.fullmatch(r"triangle|quad|polygon\d*", kind):
         raise InputError(f"{mesh.said()} with cells of the type '{kind}' ({len(data)}), which are not read: give its surface, "
                          "cells of triangles, quads or polygons", "unsupported-format")
@@ -152,8 +151,7 @@ def _faces_of_block(kind: str, data: Any, vertices: int, mesh: Attributes, numbe
         raise InputError(f"{what} must be integers of the shape (m, n), not {rows.dtype} of the shape {rows.shape}")
     if rows.shape[1] != {"triangle": 3, "quad": 4}.get(kind, max(3, rows.shape[1])):
         raise InputError(f"{what} must have the corners of a {kind}, not {rows.shape[1]}")
-    packed = numpy.hstack((numpy.full((len(rows), 1), rows.shape[1], rows.dtype), rows)).reshape(-1)
-    return _packed.cells(packed, vertices, mesh.place, f"cells[{number}]", f"{kind}", 3)
+    return _packed.cells_of_rows(rows, vertices, mesh.place, f"cells[{number}]", kind)
 
 
 def _add_cloud(mesh: Attributes, surface: Surface, unit: Optional[str]) -> None:

@@ -71,8 +71,9 @@ def cells(values: Any, vertex_count: int, place: Place, attribute: str, cell: st
     if array.size == 0:
         return joined([])
     if array.ndim != 1 or array.dtype.kind not in "iu":
+        pair = ": give a pair, (vertices, faces)" if array.ndim == 2 and array.shape[1] == 3 else ""
         raise InputError(f"{place.of(attribute)} must be one row of integers, [n, i, j, k, ...], not {array.dtype} of the "
-                         f"shape {array.shape}")
+                         f"shape {array.shape}{pair}")
     starts = _starts(array, place, cell, least)
     is_corner = numpy.ones(len(array), bool)
     is_corner[starts] = False
@@ -83,6 +84,13 @@ def cells(values: Any, vertex_count: int, place: Place, attribute: str, cell: st
         raise InputError(f"{cell} {number} of '{place.part}' uses vertex {int(array[at])} of {vertex_count}",
                          "index-out-of-range", f"{cell} {number}")
     return Packed(array.astype(numpy.uint32), starts)
+
+
+def cells_of_rows(rows: Any, vertex_count: int, place: Place, attribute: str, cell: str) -> Packed:
+    """As cells(), for the rows (m, k) of an array of integers."""
+    numpy = numpy_module()
+    counts = numpy.full((len(rows), 1), rows.shape[1], numpy.int64)
+    return cells(numpy.hstack((counts, rows.astype(numpy.int64))).reshape(-1), vertex_count, place, attribute, cell, 3)
 
 
 def _starts(array: Any, place: Place, cell: str, least: int) -> Any:

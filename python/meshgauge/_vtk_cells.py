@@ -80,15 +80,13 @@ def _with_strips(faces: _packed.Packed, strips: _packed.Packed, surface: Surface
 
 def _regular(mesh: Attributes, vertices: int) -> _packed.Packed:
     """The faces of `regular_faces`, (m, k)."""
-    numpy = _arrays.numpy_module()
     what = mesh.place.of("regular_faces")
     rows = _arrays.as_array(mesh.data("regular_faces"), what)
     if rows.size == 0:
         return _packed.joined([])
     if rows.ndim != 2 or rows.shape[1] < 3 or rows.dtype.kind not in "iu":
         raise InputError(f"{what} must be integers of the shape (m, k) with k of 3 or more, not {rows.dtype} of the shape {rows.shape}")
-    counts = numpy.full((len(rows), 1), rows.shape[1], rows.dtype)
-    return _packed.cells(numpy.hstack((counts, rows)).reshape(-1), vertices, mesh.place, "regular_faces", "face", 3)
+    return _packed.cells_of_rows(rows, vertices, mesh.place, "regular_faces", "face")
 
 
 def _refuse_others(mesh: Attributes, types: Any) -> None:

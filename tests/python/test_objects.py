@@ -128,6 +128,8 @@ class Vtk(Case):
         mesh = objects.PolyData(SQUARE, packed((0, 1, 2)), strips=None)
         mesh.n_strips = 3
         self.assert_refused(mesh, "n_strips", "triangulate()")
+        self.assert_refused(objects.PolyData(SQUARE, TRIANGLES_OF_SQUARE), "faces of 'a' (objects.PolyData)",
+                            "(2, 3): give a pair, (vertices, faces)")
 
     def test_vtk_itself(self):
         self.assert_refused(objects.VtkPolyData(), "objects.VtkPolyData", "pyvista.wrap()")
@@ -202,6 +204,13 @@ class Others(Case):
                                     ("triangle", [0, 1, 2], "(3,)"), ("polygon", [[0, 1]], "not 2")):
             with self.subTest(message):
                 self.assert_refused(objects.Meshio(SQUARE, (kind, data)), message)
+        circle = shapes.tube(200, 1.0, 1.0)[0][:200]  # more corners than a number of int8
+        mesh = objects.Meshio(circle[:100], ("polygon", [range(100)]))
+        mesh.cells[0].data = mesh.cells[0].data.astype(numpy.int8)
+        self.assertEqual(self.facts(mesh)["triangles"], 98)
+        mesh = objects.Meshio(circle, ("polygon", [range(200)]))
+        mesh.cells[0].data = mesh.cells[0].data.astype(numpy.uint8)
+        self.assertEqual(self.facts(mesh)["triangles"], 198)
         mesh.cells = [5]
         self.assert_refused(mesh, "cells[0] of 'a' (objects.Meshio) must have a type and data")
 
