@@ -38,10 +38,10 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     """Measures how far two meshes are apart, in this process.
 
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF, XYZ; also gzip-compressed), the content of such a file as bytes, a
-    pair (vertices, faces) of arrays of the shapes (n, 3) and (m, 3), or an object with vertices and faces (trimesh,
-    Open3D), points and faces (PyVista) or points and cells (meshio). Arrays of float64, and of uint32 or int32, that
-    are contiguous are read without a copy; do not change them before this returns. Without faces it is a point cloud,
-    from which alone distances are measured: direction="a_to_b".
+    pair (vertices, faces) of arrays of the shapes (n, 3) and (m, 3), an object of trimesh, Open3D, PyVista, meshio,
+    numpy-stl or manifold3d (docs/python.md), or a list of such pairs and objects, which is one surface. Arrays of float64,
+    and of uint32 or int32, that are contiguous are read without a copy; do not change them before this returns. Without
+    faces it is a point cloud, from which alone distances are measured: direction="a_to_b".
 
     Args:
         max_distance: the limit, as a number in the unit of the result or as text, "0.05 mm". With it, the work ends
@@ -90,13 +90,14 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         TimeoutError: the time was over before both meshes were read, or all vertices measured.
         MemoryError: there is no memory for a copy that is needed.
     """
-    sources = [_meshes.source_of(a, "a"), _meshes.source_of(b, "b")]
+    sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
     options = _options.document(
         max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
-        units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
+        units=units if units is not None else _meshes.units_of(*sources), strategy=strategy, points=points,
         statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
         zone=zone, sides=sides, uncertainty=uncertainty, narrow=narrow, regions=regions, align=align, expect=expect)
-    return Result(*_native.measure(sources[0].to_native(), sources[1].to_native(), options, vertex_distances))
+    document, *distances = _native.measure(sources[0].to_native(), sources[1].to_native(), options, vertex_distances)
+    return Result(_meshes.noted(document, _meshes.notes_of(*sources)), *distances)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,26 +1,57 @@
-"""Meshes as Python knows them, for the engine: paths, bytes, arrays, and objects of other libraries."""
+"""Meshes as the engine and the service take them: files, their content, arrays, faces of any number of corners."""
 
 from __future__ import annotations
 
 import ctypes
 import os
-from typing import Any, Optional, Union
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Optional, Union
 
-from meshgauge import _native, _ply
-from meshgauge.errors import InputError
+from meshgauge import _arrays, _native, _ply
+from meshgauge._attributes import Place
+
+if TYPE_CHECKING:
+    from meshgauge._packed import Packed
 
 
-class Arrays:
+NO_SURFACE = "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no surface"
+MERGED = "vertices merged with another at exactly the same position"
+NOT_PLACED = "objects outside of the build or the scene, left out"
+# Notes that the engine has as well (api/notes.cpp), and the member of the result that has their count.
+_MEMBERS = {NO_SURFACE: "skipped_primitives", MERGED: "welded_vertices", NOT_PLACED: "unused_objects"}
+
+
+class Source:
+    """One mesh."""
+
+    counts: Mapping[str, int] = {}  # of notes: on what an object holds and is not measured, and how it was taken
+    unit: Optional[str] = None  # that an object names
+
+    def to_native(self) -> _native.Mesh:
+        raise NotImplementedError
+
+    def to_file(self) -> bytes:
+        raise NotImplementedError
+
+
+class Arrays(Source):
     """A mesh in arrays of numpy: C-contiguous float64 (n, 3) and uint32 (m, 3). Copies only what has another layout. No
     triangles: a point cloud."""
 
     def __init__(self, vertices: Any, triangles: Any, part: str) -> None:
-        self.vertices = _vertices(vertices, part)
-        self.triangles = _triangles(triangles, len(self.vertices), part)
+        self.vertices = _arrays.vertices(vertices, Place(part))
+        self.triangles = _arrays.triangles(triangles, len(self.vertices), Place(part))
+
+    @classmethod
+    def of_checked(cls, vertices: Any, triangles: Any) -> Arrays:
+        """Of arrays that _arrays.vertices() and _arrays.triangles() returned."""
+        mesh = cls.__new__(cls)
+        mesh.vertices, mesh.triangles = vertices, triangles
+        return mesh
 
     def to_native(self) -> _native.Mesh:
-        mesh = _native.Mesh(positions=_address(self.vertices), vertices=len(self.vertices),
-                            triangles=_address(self.triangles), triangle_count=len(self.triangles))
+        mesh = _native.Mesh(positions=_arrays.address(self.vertices), vertices=len(self.vertices),
+                            triangles=_arrays.address(self.triangles), triangle_count=len(self.triangles))
         mesh.kept = (self.vertices, self.triangles)
         return mesh
 
@@ -29,22 +60,20 @@ class Arrays:
         return _ply.of_triangles(self.vertices, self.triangles)
 
 
-class Packed:
-    """A mesh whose faces have any number of corners, as one array [n, i, j, k, ..., n, ...]. They are handed over
-    as a PLY file, whose reader splits them."""
+class Polygons(Source):
+    """A mesh whose faces have any number of corners. They are handed over as a PLY file, whose reader splits them."""
 
-    def __init__(self, vertices: Any, faces: Any, part: str) -> None:
-        self.vertices = _vertices(vertices, part)
-        self.faces, self.count = _packed(faces, len(self.vertices), part)
+    def __init__(self, vertices: Any, faces: Packed) -> None:
+        self.vertices, self.faces = vertices, faces
 
     def to_native(self) -> _native.Mesh:
         return Content(self.to_file()).to_native()
 
     def to_file(self) -> bytes:
-        return _ply.of_polygons(self.vertices, self.faces, self.count)
+        return _ply.of_polygons(self.vertices, self.faces.row, len(self.faces.starts))
 
 
-class Content:
+class Content(Source):
     """The content of a mesh file."""
 
     def __init__(self, content: bytes) -> None:
@@ -60,7 +89,7 @@ class Content:
         return self.content
 
 
-class File:
+class File(Source):
     """A mesh file, which the engine reads."""
 
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]]) -> None:
@@ -75,170 +104,36 @@ class File:
             return file.read()
 
 
-Source = Union[Arrays, Packed, Content, File]
-
-
 def source_of(mesh: Any, part: str) -> Source:
-    """Finds out what `mesh` is. Raises InputError when it is no mesh, OSError for a path without a file."""
+    """The one way in for whatever a user gives. Raises InputError when it is no mesh, OSError for a path without a file."""
     if isinstance(mesh, (str, os.PathLike)):
         return File(mesh)
     if isinstance(mesh, (bytes, bytearray, memoryview)):
         return Content(bytes(mesh))
-    if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
-        return Arrays(mesh[0], mesh[1], part)
-    if type(mesh).__name__ == "ndarray":
-        return Arrays(mesh, None, part)
-    return _of_object(mesh, part)
+    from meshgauge import _reader  # with all that it needs; files need it not
+
+    return _reader.source_of_objects(mesh, part)
 
 
-def own_units(a: Any, b: Any) -> Optional[tuple[Optional[str], Optional[str]]]:
+def units_of(a: Source, b: Source) -> Optional[tuple[Optional[str], Optional[str]]]:
     """The units that the objects name themselves, as trimesh's do; None: neither does."""
-    units = _own_unit(a), _own_unit(b)
-    return None if units == (None, None) else units
+    return None if (a.unit, b.unit) == (None, None) else (a.unit, b.unit)
 
 
-def _own_unit(mesh: Any) -> Optional[str]:
-    return getattr(mesh, "units", None) if hasattr(mesh, "vertices") else None
+Notes = dict[str, Mapping[str, int]]
 
 
-def _of_object(mesh: Any, part: str) -> Source:
-    for name in ("faces", "triangles"):  # trimesh; Open3D
-        if hasattr(mesh, "vertices") and hasattr(mesh, name):
-            return Arrays(mesh.vertices, getattr(mesh, name), part)
-    if hasattr(mesh, "points") and hasattr(mesh, "faces"):  # PyVista
-        if getattr(mesh, "n_strips", 0):
-            raise InputError(f"'{part}' has strips of triangles: call its triangulate()")
-        if getattr(mesh, "n_lines", 0) and not len(mesh.faces):
-            raise InputError(f"'{part}' has lines alone, and no triangles", "empty-mesh")
-        return _of_packed(mesh.points, mesh.faces, part)
-    if hasattr(mesh, "points") and isinstance(getattr(mesh, "cells", None), list):  # meshio
-        return _of_packed(mesh.points, _faces_of_cells(mesh.cells, part), part)
-    for name in ("vertices", "points"):  # trimesh; Open3D
-        if type(mesh).__name__ == "PointCloud" and hasattr(mesh, name):
-            return Arrays(getattr(mesh, name), None, part)
-    raise InputError(
-        f"'{part}' must be a path, bytes, points, (vertices, faces) or an object with vertices and faces or with points and "
-        f"faces or cells, not {type(mesh).__module__}.{type(mesh).__qualname__}")
+def notes_of(a: Source, b: Source) -> Notes:
+    """What was noted when the meshes were read here, for noted()."""
+    return {name: mesh.counts for name, mesh in (("a", a), ("b", b)) if mesh.counts}
 
 
-def _of_packed(points: Any, faces: Any, part: str) -> Source:
-    """Arrays if all faces are triangles, which need not be split."""
-    numpy = _numpy()
-    packed = numpy.asarray(faces)
-    if packed.size == 0:
-        return Arrays(points, None, part)
-    if packed.ndim == 1 and packed.size % 4 == 0 and (packed[::4] == 3).all():
-        return Arrays(points, packed.reshape(-1, 4)[:, 1:], part)
-    return Packed(points, packed, part)
-
-
-def _faces_of_cells(cells: list[Any], part: str) -> Any:
-    """meshio's blocks of triangles, quads and polygons as one packed array; empty for vertices alone. Lines and vertices
-    have no surface."""
-    numpy = _numpy()
-    blocks = []
-    for cell in cells:
-        if cell.type in ("line", "vertex"):
-            continue
-        if cell.type not in ("triangle", "quad", "polygon"):
-            raise InputError(f"'{part}' has cells of the type '{cell.type}': give its surface, triangles, quads or "
-                             "polygons")
-        corners = numpy.asarray(cell.data)
-        if corners.ndim != 2 or corners.dtype.kind not in "iu":
-            raise InputError(f"the cells of '{part}' must be integers of the shape (m, n)")
-        counts = numpy.full((len(corners), 1), corners.shape[1], corners.dtype)
-        blocks.append(numpy.hstack((counts, corners)).reshape(-1))
-    if not blocks and any(cell.type == "line" for cell in cells):
-        raise InputError(f"'{part}' has lines alone, and no triangles", "empty-mesh")
-    return numpy.concatenate(blocks) if blocks else ()
-
-
-def _numpy() -> Any:
-    import numpy  # takes longer than everything else here, and files need it not
-
-    return numpy
-
-
-def _address(array: Any) -> int:
-    return int(array.__array_interface__["data"][0])
-
-
-def _as_array(values: Any, what: str) -> Any:
-    numpy = _numpy()
-    if numpy.ma.is_masked(values):
-        raise InputError(f"{what} has masked elements")
-    try:
-        return numpy.asarray(values)
-    except (TypeError, ValueError) as defect:
-        raise InputError(f"{what} is no array of numbers: {defect}") from None
-
-
-def _checked(values: Any, what: str, kinds: str, kinds_in_words: str) -> Any:
-    """An array of the shape (n, 3), of numbers of these kinds."""
-    array = _as_array(values, what)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise InputError(f"{what} must have the shape (n, 3), not {array.shape}")
-    if array.dtype.kind not in kinds:
-        raise InputError(f"{what} must be {kinds_in_words}, not {array.dtype}")
-    return array
-
-
-def _vertices(values: Any, part: str) -> Any:
-    """Exactly the given numbers as float64."""
-    numpy = _numpy()
-    what = f"vertices of '{part}'"
-    array = _checked(values, what, "fiu", "real numbers")
-    converted = numpy.require(array, numpy.float64, ["C_CONTIGUOUS", "ALIGNED"])
-    if array.dtype.itemsize > 8 or (array.dtype.kind in "iu" and array.dtype.itemsize == 8):
-        with numpy.errstate(invalid="ignore"):
-            inexact = (converted.astype(array.dtype) != array) & (array == array)
-        if inexact.any():
-            row = int(numpy.argmax(inexact.any(axis=1)))
-            raise InputError(f"vertex {row} of '{part}' is no float64: round the {array.dtype} first")
-    return converted
-
-
-def _triangles(values: Any, vertices: int, part: str) -> Any:
-    """uint32 indices; none for None. Those of another type are checked before they lose their sign or their upper half."""
-    numpy = _numpy()
-    array = _as_array(() if values is None else values, f"faces of '{part}'")
-    if array.size == 0:
-        return numpy.empty((0, 3), numpy.uint32)
-    array = _checked(array, f"faces of '{part}'", "iu", "integers")
-    _check_indices(array, vertices, part)
-    if array.dtype == numpy.int32:
-        array = array.view(numpy.uint32)  # not negative: the same bits
-    return numpy.require(array, numpy.uint32, ["C_CONTIGUOUS", "ALIGNED"])
-
-
-def _check_indices(faces: Any, vertices: int, part: str) -> None:
-    unsigned = faces.view(faces.dtype.str.replace("i", "u"))  # a negative index becomes a large one
-    if int(unsigned.max()) < vertices:
-        return
-    row = int(((faces < 0) | (faces >= vertices)).any(axis=1).argmax())
-    index = next(int(i) for i in faces[row] if not 0 <= i < vertices)
-    raise InputError(f"triangle {row} of '{part}' uses vertex {index} of {vertices}", "index-out-of-range",
-                     f"triangle {row}")
-
-
-def _packed(values: Any, vertices: int, part: str) -> tuple[Any, int]:
-    """The faces as uint32, and their number."""
-    numpy = _numpy()
-    array = _as_array(values, f"faces of '{part}'")
-    if array.size == 0:
-        raise InputError(f"'{part}' has no triangles", "empty-mesh")
-    if array.ndim != 1 or array.dtype.kind not in "iu":
-        raise InputError(f"faces of '{part}' must be one row of integers, [n, i, j, k, ...], not {array.dtype} of the "
-                         f"shape {array.shape}")
-    numbers, at, count = array.tolist(), 0, 0
-    while at < len(numbers):
-        corners = numbers[at]
-        face = numbers[at + 1:at + 1 + corners] if corners > 2 else []
-        if not face or len(face) != corners:
-            raise InputError(f"face {count} of '{part}' has {corners} corners, and {len(numbers) - at - 1} numbers follow")
-        wrong = [i for i in face if not 0 <= i < vertices]
-        if wrong:
-            raise InputError(f"face {count} of '{part}' uses vertex {wrong[0]} of {vertices}", "index-out-of-range",
-                             f"face {count}")
-        at, count = at + 1 + corners, count + 1
-    return array.astype(numpy.uint32), count
+def noted(document: dict[str, Any], notes: Notes) -> dict[str, Any]:
+    """Adds notes to the result document, and returns it."""
+    for name, counts in notes.items():
+        mesh = document["meshes"][name]
+        mesh["notes"] = [*mesh.get("notes", ()), *(f"{what}: {number}" for what, number in counts.items())]
+        for what, number in counts.items():
+            if what in _MEMBERS:
+                mesh[_MEMBERS[what]] = mesh.get(_MEMBERS[what], 0) + number
+    return document

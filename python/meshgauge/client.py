@@ -48,15 +48,17 @@ class Client:
 
         Raises what meshgauge.compare() raises, and ServiceError when the service cannot be reached or refuses.
         """
-        return Result(self._compare(a, b, max_distance, options, {}).json())
+        answer, notes = self._compare(a, b, max_distance, options, {})
+        return Result(_meshes.noted(answer.json(), notes))
 
     def submit(self, a: Any, b: Any, max_distance: Optional[_options.Length] = None, **options: Any) -> Job:
         """Sends both meshes and returns at once. The comparison goes on when this process ends."""
         headers = {"Prefer": "respond-async", "Idempotency-Key": uuid.uuid4().hex}
-        return Job(self, self._compare(a, b, max_distance, options, headers).json()["id"])
+        answer, notes = self._compare(a, b, max_distance, options, headers)
+        return Job(self, answer.json()["id"], notes)
 
     def job(self, id: str) -> Job:
-        """A comparison that was submitted before, by its id."""
+        """A comparison that was submitted before, by its id. What was noted when its objects were read is not known any more."""
         return Job(self, id)
 
     def batch(self, pairs: Iterable[Any], max_distance: Optional[_options.Length] = None, *,
@@ -67,7 +69,8 @@ class Client:
         Ctrl-C cancels the batch.
         """
         stored: dict[str, bool] = {}
-        comparisons = [self._stored_pair(pair, stored) for pair in pairs]
+        all_notes: list[_meshes.Notes] = []
+        comparisons = [self._stored_pair(pair, stored, all_notes) for pair in pairs]
         if not comparisons:
             return []
         manifest = {"options": _sent(max_distance, options), "comparisons": comparisons}
@@ -82,7 +85,7 @@ class Client:
             raise
         lines = self.ask("GET", path + "/results.jsonl").body.splitlines()
         found = {line["position"]: line for line in map(json.loads, lines)}
-        return [_outcome(found[position]) for position in range(len(comparisons))]
+        return [_outcome(found[position], notes) for position, notes in enumerate(all_notes)]
 
     def map(self, comparison: Union[Result, str], format: str = "ply", *, of: str = "a", normals: bool = False,
             max_triangles: Optional[int] = None, meshes: Optional[tuple[Any, Any]] = None) -> bytes:
@@ -111,7 +114,7 @@ class Client:
                 raise
         stored: dict[str, bool] = {}
         for mesh, part in zip(meshes, "ab"):
-            self._store(mesh, part, stored)
+            self._store(_meshes.source_of(mesh, part), part, stored)
         return self.ask("GET", path).body
 
     def ask(self, method: str, path: str, body: Iterable[bytes] = (), headers: Optional[Mapping[str, str]] = None) -> Answer:
@@ -133,24 +136,28 @@ class Client:
             pause = min(2 * pause, _LAST_PAUSE_S)
 
     def _compare(self, a: Any, b: Any, max_distance: Optional[_options.Length], options: Mapping[str, Any],
-                 headers: Mapping[str, str]) -> Answer:
+                 headers: Mapping[str, str]) -> tuple[Answer, _meshes.Notes]:
+        sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
         options = dict(options)
-        options.setdefault("units", _meshes.own_units(a, b))
+        options.setdefault("units", _meshes.units_of(*sources))
         form = _Form()
-        for name, mesh in (("a", a), ("b", b)):
-            upload = _upload(mesh, name)
+        for name, source in zip("ab", sources):
+            upload = _upload(source, name)
             form.add(name, upload.content, upload.file_name)
         form.add("options", json.dumps(_sent(max_distance, options)).encode())
-        return self.ask("POST", "/v1/comparisons", form.end(), {**headers, "Content-Type": form.content_type})
+        answer = self.ask("POST", "/v1/comparisons", form.end(), {**headers, "Content-Type": form.content_type})
+        return answer, _meshes.notes_of(*sources)
 
-    def _stored_pair(self, pair: Any, stored: dict[str, bool]) -> dict[str, Any]:
+    def _stored_pair(self, pair: Any, stored: dict[str, bool], all_notes: list[_meshes.Notes]) -> dict[str, Any]:
         a, b, *more = pair
+        sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
         options = dict(more[0]) if more else {}
-        options.setdefault("units", _meshes.own_units(a, b))
-        return {"a": self._store(a, "a", stored), "b": self._store(b, "b", stored),
+        options.setdefault("units", _meshes.units_of(*sources))
+        all_notes.append(_meshes.notes_of(*sources))
+        return {"a": self._store(sources[0], "a", stored), "b": self._store(sources[1], "b", stored),
                 "options": _sent(options.pop("max_distance", None), options)}
 
-    def _store(self, mesh: Any, part: str, stored: dict[str, bool]) -> str:
+    def _store(self, mesh: _meshes.Source, part: str, stored: dict[str, bool]) -> str:
         """Stores a mesh unless `stored` has it, and returns its id."""
         upload = _upload(mesh, part)
         id = hashlib.sha256(upload.content).hexdigest()
@@ -165,8 +172,9 @@ class Client:
 class Job:
     """A comparison at a service."""
 
-    def __init__(self, client: Client, id: str) -> None:
+    def __init__(self, client: Client, id: str, notes: Optional[_meshes.Notes] = None) -> None:
         self._client = client
+        self._notes = notes or {}
         self.id = id
 
     @property
@@ -186,7 +194,7 @@ class Job:
             return job["state"] in _ENDED
 
         _until(ended, timeout)
-        outcome = _outcome(job)
+        outcome = _outcome(job, self._notes)
         if isinstance(outcome, Exception):
             raise outcome
         return outcome
@@ -227,8 +235,7 @@ def _quoted(file_name: str) -> str:
     return '"' + "".join(c if " " <= c <= "~" and c not in '"\\' else "_" for c in file_name) + '"'
 
 
-def _upload(mesh: Any, part: str) -> _Upload:
-    source = _meshes.source_of(mesh, part)
+def _upload(source: _meshes.Source, part: str) -> _Upload:
     content = source.to_file()
     if not isinstance(source, _meshes.File):
         return _Upload(content, "" if isinstance(source, _meshes.Content) else part + ".ply")
@@ -262,10 +269,10 @@ def _until(ended: Any, timeout: Optional[float]) -> None:
         pause = min(1.5 * pause, _LAST_PAUSE_S)
 
 
-def _outcome(ended: Mapping[str, Any]) -> Union[Result, Exception]:
+def _outcome(ended: Mapping[str, Any], notes: _meshes.Notes) -> Union[Result, Exception]:
     """The result of a job, or of a line of a batch."""
     if ended["result"] is not None:
-        return Result(ended["result"])
+        return Result(_meshes.noted(ended["result"], notes))
     problem = ended["problem"] or {"detail": "the result is no longer stored"}
     return input_error(problem) or ServiceError(problem["detail"], problem.get("status"), kind_of(problem))
 

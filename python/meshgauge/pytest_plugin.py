@@ -118,8 +118,9 @@ class _Report:
         """Writes it and returns its address, or why there is none."""
         self._place.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
-            command = [sys.executable, "-m", "meshgauge", "check", _as_file(actual, folder, "actual"),
-                       _as_file(expected, folder, "expected"), f"--html={self._place}", *self._flags(actual, expected)]
+            sources = _meshes.source_of(actual, "actual"), _meshes.source_of(expected, "expected")
+            command = [sys.executable, "-m", "meshgauge", "check", _as_file(sources[0], folder, "actual"),
+                       _as_file(sources[1], folder, "expected"), f"--html={self._place}", *self._flags(*sources)]
             try:
                 run = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True,
                                      timeout=_REPORT_SECONDS)
@@ -127,9 +128,9 @@ class _Report:
                 return f"none: {trouble}"
         return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
 
-    def _flags(self, actual: Any, expected: Any) -> list[str]:
+    def _flags(self, actual: _meshes.Source, expected: _meshes.Source) -> list[str]:
         units = self._options.get("units")
-        sent = _options.document(units=_meshes.own_units(actual, expected) if units is None else units)
+        sent = _options.document(units=_meshes.units_of(actual, expected) if units is None else units)
         direction = self._options.get("direction")
         flags = [] if self._max_distance is None else [f"--max-distance={self._max_distance}"]
         flags += [f"--unit-{name}={unit}" for name, unit in sent.get("units", {}).items()]
@@ -179,8 +180,7 @@ def _suffix(source: _meshes.Source) -> Optional[str]:
     return None if isinstance(source, _meshes.Content) else ".ply"
 
 
-def _as_file(mesh: Any, folder: str, name: str) -> str:
-    source = _meshes.source_of(mesh, name)
+def _as_file(source: _meshes.Source, folder: str, name: str) -> str:
     if isinstance(source, _meshes.File):
         return os.path.abspath(os.fsdecode(source.path))
     path = pathlib.Path(folder) / (name + (_suffix(source) or ".mesh"))

@@ -5,6 +5,7 @@ import unittest
 import numpy
 
 import meshgauge
+import objects
 import shapes
 from meshgauge import _meshes
 
@@ -42,7 +43,8 @@ class Refused(unittest.TestCase):
         "index beyond": (VERTICES, with_value(FACES, (4, 2), 16), r"triangle 4 of 'a' uses vertex 16 of 16"),
         "index beyond, int64": (VERTICES, with_value(FACES.astype(numpy.int64), (4, 2), 2**32), r"triangle 4 of 'a' uses vertex 4294967296"),
         "index negative": (VERTICES, with_value(FACES.astype(numpy.int32), (4, 2), -1), r"triangle 4 of 'a' uses vertex -1 of 16"),
-        "index of uint64": (VERTICES, with_value(FACES.astype(numpy.uint64), (4, 2), 2**64 - 1), r"triangle 4 of 'a' uses vertex 18446744073709551615"),
+        "index of uint64": (VERTICES, with_value(FACES.astype(numpy.uint64), (4, 2), 2**64 - 1),
+                            r"triangle 4 of 'a' uses vertex 18446744073709551615"),
         "index of int8": (VERTICES, with_value(FACES.astype(numpy.int8), (4, 2), -128), r"triangle 4 of 'a' uses vertex -128"),
         "faces of floats": (VERTICES, FACES.astype(float), r"faces of 'a' must be integers, not float64"),
         "faces of bool": (VERTICES, FACES > 0, r"integers, not bool"),
@@ -156,9 +158,10 @@ class Accepted(unittest.TestCase):
         read_only = VERTICES.copy()
         read_only.flags.writeable = False
         for vertices, faces in ((VERTICES, FACES), (read_only, FACES.astype(numpy.int32))):
-            arrays = _meshes.Arrays(vertices, faces, "a")
-            self.assertTrue(numpy.shares_memory(arrays.vertices, vertices))
-            self.assertTrue(numpy.shares_memory(arrays.triangles, faces))
+            for arrays in (_meshes.Arrays(vertices, faces, "a"), _meshes.source_of((vertices, faces), "a"),
+                           _meshes.source_of(objects.Trimesh(vertices, faces), "a"), _meshes.source_of([(vertices, faces)], "a")):
+                self.assertTrue(numpy.shares_memory(arrays.vertices, vertices))
+                self.assertTrue(numpy.shares_memory(arrays.triangles, faces))
 
     def test_arrays_are_not_changed(self):
         vertices, faces = VERTICES.copy(), FACES.copy()

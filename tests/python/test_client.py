@@ -8,6 +8,7 @@ import unittest
 import http.server
 
 import meshgauge
+import objects
 import shapes
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "e2e"))
@@ -64,6 +65,22 @@ class WithService(unittest.TestCase):
         with self.assertRaises(meshgauge.ServiceError) as caught:
             job.wait()
         self.assertEqual((caught.exception.status, caught.exception.kind), (404, "not-found"))
+
+    def test_objects_their_notes_and_their_units(self):
+        strips = objects.PolyData(SQUARE[0], strips=[6, 0, 3, 1, 4, 2, 5])
+        note = "a: strips of triangles, split into triangles and measured: 1"
+        self.assertIn(note, self.client.compare(strips, RAISED).notes)
+        job = self.client.submit(strips, RAISED)
+        for _ in range(2):
+            self.assertEqual(job.wait(60).notes.count(note), 1)
+        in_list = self.client.batch([(RAISED, SQUARE), (strips, RAISED), ([SQUARE, objects.Trimesh(*RAISED)], RAISED)])
+        self.assertEqual([note in result.notes for result in in_list], [False, True, False])
+        self.assertIn("a: meshes of a list, measured as one: 2", in_list[2].notes)
+        inch = objects.Trimesh(*SQUARE, "in")
+        for result in (self.client.compare(inch, inch, "1 mm"), *self.client.batch([(inch, inch)], "1 mm")):
+            self.assertEqual((result.unit, result.document["meshes"]["a"]["unit"]["name"]), ("mm", "in"))
+        with self.assertRaisesRegex(meshgauge.InputError, "extract_surface"):
+            self.client.compare(SQUARE, objects.StructuredGrid())
 
     def test_wait_has_a_timeout_and_cancel_ends_it(self):
         job = self.client.submit(shapes.grid(40), shapes.grid(43), **ENDLESS)

@@ -131,6 +131,21 @@ def test_cloud(assert_mesh_close):
         self.assertEqual(code, 1, output)
         self.assertIn("report: file://", output)
 
+    def test_objects_of_other_libraries(self):
+        source = HEAD + """
+import objects
+def test_scene(assert_mesh_close):
+    boxes = objects.Scene({"box": objects.Trimesh(*shapes.box(3), "mm")}, [("box", [0, 0, 0]), ("box", [%s, 0, 0])])
+    assert_mesh_close(boxes, "baselines/boxes.ply", "0.1 mm", units="mm")
+"""
+        code, output = self.run_pytest(source % 9, "--meshgauge-update")
+        self.assertEqual((code, "baselines/boxes.ply" in output), (0, True), output)
+        self.assertEqual(self.run_pytest(source % 9.05)[0], 0)
+        code, output = self.run_pytest(source % 9.5)
+        self.assertEqual(code, 1, output)
+        self.assertIn("note: a: meshes of a scene, at their places, measured as one: 2", output)
+        self.assert_report(output, "0.1 mm")
+
     def test_a_mesh_that_is_none_is_an_error_not_a_difference(self):
         code, output = self.run_pytest(HEAD + """
 def test_broken(assert_mesh_close):
