@@ -75,8 +75,10 @@ std::string advice(const std::string& path) {
            "':z' behind a volume for it";
   }
   const std::string folder = S_ISDIR(status.st_mode) ? quoted : "'" + folder_of(seen).string() + "'";
-  return found + ": run as its owner (docker run --user " + owner + "), or give it to this user (chown -R " + own +
-         " " + folder + ") or to every user of group 0 (chgrp -R 0 " + folder + " && chmod -R g=u " + folder + ")";
+  const std::string other = status.st_uid == 0 ? "name another folder (MESHGAUGE_DATA_DIR)"
+                                               : "run as its owner (docker run --user " + owner + ")";
+  return found + ": " + other + ", or give it to this user (chown -R " + own + " " + folder +
+         ") or to every user of group 0 (chgrp -R 0 " + folder + " && chmod -R g=u " + folder + ")";
 }
 
 }  // namespace
