@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 import yaml
-from chart import ALL, CHART, HERE, LEAST, ROOT, VARIANTS, Objects, complaints, container, environment, helm, objects, quantity, rendered, run_helm
+from chart import ALL, CHART, HERE, LEAST, ROOT, VARIANTS, complaints, container, environment, helm, objects, quantity, rendered, run_helm
 
 BINARY = os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build/meshgauge"))
 LABEL_VALUE = re.compile(r"([A-Za-z0-9]([-A-Za-z0-9_.]{0,61}[A-Za-z0-9])?)?")
@@ -256,19 +256,6 @@ class Confinement(unittest.TestCase):
             # A Service named meshgauge would set MESHGAUGE_PORT.
             self.assertIs(pod["enableServiceLinks"], False, name)
             self.assertIn("memory", container(template)["resources"]["limits"], name)
-
-    def test_the_cluster_may_choose_the_user(self):
-        kept = {"runAsNonRoot": True, "seccompProfile": {"type": "RuntimeDefault"}}
-        for asked, made in [
-            (None, {}),
-            ({"runAsUser": None, "fsGroup": None}, {"runAsGroup": 10001}),
-            ({}, {"runAsUser": 10001, "runAsGroup": 10001, "fsGroup": 10001}),
-            ({"runAsUser": 1000660000, "runAsGroup": 0}, {"runAsUser": 1000660000, "runAsGroup": 0, "fsGroup": 10001}),
-        ]:
-            found = Objects(rendered({**LEAST, "podSecurityContext": asked}))
-            self.assertEqual(complaints(found), [])
-            for o, template in found.pods():
-                self.assertEqual(template["spec"]["securityContext"], {**kept, **made}, (asked, o["metadata"]["name"]))
 
     @every
     def test_what_can_be_written_is_bounded(self, made):
