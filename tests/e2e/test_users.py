@@ -9,7 +9,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from harness import ASYNC, BINARY, ENVIRONMENT, EVERYBODYS, RAISED, SQUARE, Server, wait_for
+from harness import BINARY, ENVIRONMENT, EVERYBODYS, RAISED, SQUARE, Server
+from maps import compared
 
 IMAGES = 10001  # the user of the image
 CHOSEN = 1000660000  # one that OpenShift chose
@@ -56,10 +57,8 @@ class Users(unittest.TestCase):
         return done.stderr
 
     def work(self, server):
-        """Stores a mesh, compares, and makes a map. The path of the comparison."""
-        self.assertIn(server.send("PUT", path_of(SQUARE), SQUARE).status, (200, 201))
-        path = server.compare(SQUARE, RAISED, extra=ASYNC).headers["location"]
-        self.assertEqual(wait_for(server, path, "done", "failed")["state"], "done")
+        """Stores meshes, compares them, and makes a map. The path of the comparison."""
+        path, _ = compared(server, SQUARE, RAISED, {})
         self.assertEqual(server.get(path + "/deviation.ply").status, 200)
         return path
 
