@@ -70,7 +70,18 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : ".";
 }
 
-Result<MeshFile> MeshFile::open(const std::string& path) try {
+Result<MeshFile> MeshFile::of_pipe(const std::string& name, std::span<const std::byte> bytes) {
+  const auto files = is_gltf_json(bytes) ? files_named_by(bytes) : std::vector<std::string>{};
+  if (files.empty()) return MeshFile(bytes);
+  return named_by(name, {ErrorCode::unreadable_mesh,
+                         "it came through a pipe, which has no folder for '" + files.front() +
+                             "'; name the .gltf itself, or send a .glb or a .zip with all files",
+                         "", ""});
+}
+
+Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes) try {
+  if (const auto sent = pipes ? pipes->find(path) : Pipes::const_iterator{}; pipes && sent != pipes->end())
+    return of_pipe(path, sent->second.bytes());
   auto whole = WholeFile::open(path);
   if (!whole) return std::move(whole).error();
   const auto bytes = whole->bytes();

@@ -15,6 +15,9 @@ std::optional<std::string> file_defect(const fs::path& file) {
   if (status.type() == fs::file_type::not_found) return "does not exist";
   if (failed) return "cannot be read: " + failed.message();
   if (fs::is_directory(status)) return "is a folder: name a file in it, or all of them by '/*'";
+  if (fs::is_fifo(status))
+    return "is not a regular file but a pipe, which only the measurement of two meshes reads: write what it sends into "
+           "a file";
   if (!fs::is_regular_file(status)) return "is not a regular file";
   return std::nullopt;
 }

@@ -6,12 +6,14 @@
 
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "api/comparison_options.h"
 #include "api/expectations.h"
+#include "api/mesh_file.h"
 #include "engine/options.h"
 
 namespace meshgauge::check {
@@ -67,7 +69,8 @@ struct Gate {
   std::string name;                 // unique in a run
   std::filesystem::path candidate;  // as a user would write it: relative to the current folder where possible
   std::filesystem::path baseline;
-  Limit limit;                          // max_distance
+  std::shared_ptr<const api::Pipes> pipes;  // what was sent by those of the two that are pipes; null: both are files
+  Limit limit;                              // max_distance
   std::optional<AreaLimit> area_limit;  // max_share_beyond; its distance has the unit of `limit`, where both are given
   std::vector<RegionLimit> regions;     // max_distance is the limit of the rest
   std::optional<ZoneLimit> zone;        // in the unit of the other limits

@@ -37,6 +37,7 @@
 #include "cli/commands.h"
 #include "cli/heap.h"
 #include "cli/interrupts.h"
+#include "cli/pipes.h"
 #include "cli/places.h"
 #include "cli/report_files.h"
 
@@ -234,13 +235,27 @@ Result<Done> keep(std::optional<check::History>& history, Report& report) {
   return history->keep(api::to_utc(std::chrono::system_clock::now()), check::commit_of_pipeline(), report);
 }
 
-int check_gates(const CheckFlags& flags, const Gates& gates) {
+// Reads those of two mesh files that are pipes.
+Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
+  if (flags.files.size() != 2) return Done{};
+  auto files = with_pipes(flags.files[0], flags.files[1]);
+  if (!files) return files.error();
+  for (check::Gate& gate : gates) {
+    gate.candidate = files->a;
+    gate.baseline = files->b;
+    gate.pipes = files->pipes;
+  }
+  return Done{};
+}
+
+int check_gates(const CheckFlags& flags, Gates gates) {
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
   Places places = inputs_of(flags, gates);
   if (const auto ok = reports.possible(places); !ok) return fail_on_one_line(ok.error().message);
   auto history = history_of(flags, places);
   if (!history) return refuse(flags, history.error());
+  if (const auto ok = take_pipes(flags, gates); !ok) return refuse(flags, ok.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
   const Interrupts interrupts;

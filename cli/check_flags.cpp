@@ -22,6 +22,7 @@
 #include "check/manifest/quantities.h"
 #include "check/manifest/region_setting.h"
 #include "check/selection.h"
+#include "cli/pipes.h"
 #include "cli/read_flag.h"
 
 namespace meshgauge::cli {
@@ -83,9 +84,10 @@ Result<Done> set_limits(const CheckFlags& flags, check::Gate& gate) {
 
 Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   check::Gate gate;
-  gate.name = flags.files[0];
+  gate.name = name_of_mesh(flags.files[0]);
   gate.candidate = flags.files[0];
   gate.baseline = flags.files[1];
+  if (auto ok = check_pipes(flags.files[0], flags.files[1]); !ok) return ok.error();
   if (check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   if (flags.update_baselines) return gate;  // a limit is not needed

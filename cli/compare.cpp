@@ -31,6 +31,7 @@
 #include "cli/commands.h"
 #include "cli/heap.h"
 #include "cli/interrupts.h"
+#include "cli/pipes.h"
 #include "cli/places.h"
 #include "cli/read_flag.h"
 #include "cli/report.h"
@@ -261,15 +262,17 @@ Result<Done> check_deviation(const Flags& flags) {
 
 Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request, api::SharedMeshes& meshes) {
   if (auto ok = check_deviation(flags); !ok) return ok.error();
-  auto a = api::MeshFile::open(flags.a);
+  const auto files = with_pipes(flags.a, flags.b);
+  if (!files) return files.error();
+  const auto a = api::MeshFile::open(files->a, files->pipes.get());
   if (!a) return a.error();
-  auto b = api::MeshFile::open(flags.b);
+  const auto b = api::MeshFile::open(files->b, files->pipes.get());
   if (!b) return b.error();
   Control control(Control::Clock::now() + request.timeout);
   const Interrupts interrupts(&control);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) show_progress(control);
-  auto comparison = api::compare({flags.a, a->bytes(), flags.a, ""}, {flags.b, b->bytes(), flags.b, ""},
+  auto comparison = api::compare({files->a, a->bytes(), files->a, ""}, {files->b, b->bytes(), files->b, ""},
                                  request.options, api::ReadLimits{}, control, &meshes);
   if (terminal) std::fputs("\r\033[K", stderr);
   return comparison;
@@ -296,8 +299,10 @@ void add_compare(CLI::App& app, int& exit_code) {
   CLI::App& command = *app.add_subcommand("compare", "Measure the distance between two mesh files");
   const auto flags = std::make_shared<Flags>();
   command
-      .add_option("A", flags->a,
-                  "Mesh file: OBJ, STL, PLY, OFF, glTF, GLB, 3MF or XYZ, also gzip-compressed; .zip of a glTF")
+      .add_option(
+          "A", flags->a,
+          "Mesh file: OBJ, STL, PLY, OFF, glTF, GLB, 3MF or XYZ, also gzip-compressed; .zip of a glTF; - for standard "
+          "input")
       ->required();
   command.add_option("B", flags->b, "The mesh file to compare with")->required();
   command.add_option("--direction", flags->direction, api::list_of(api::kDirections))->capture_default_str();

@@ -37,8 +37,8 @@ Error named(Error error, Sender::Part part) {
   return error;
 }
 
-Result<double> diagonal_of(const std::string& file) {
-  const auto opened = api::MeshFile::open(file);
+Result<double> diagonal_of(const std::string& file, const api::Pipes* pipes) {
+  const auto opened = api::MeshFile::open(file, pipes);
   if (!opened) return opened.error();
   const auto read = api::read_part(opened->bytes(), {file, file, ""}, api::ReadLimits{});
   if (!read) return read.error();
@@ -49,7 +49,7 @@ Result<double> diagonal_of(const std::string& file) {
 
 Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control, bool forgotten) {
   const auto& file = file_of(gate, part);
-  auto id = ids_.get(file.string(), control, [&] { return hash(file, control); });
+  auto id = ids_.get(file.string(), control, [&] { return hash(gate, file, control); });
   if (!id) return named(std::move(id).error(), part);
   if (forgotten) delivered_.forget(*id);
   const auto done = delivered_.get(*id, control, [&] { return deliver(gate, file, *id, control, forgotten); });
@@ -58,8 +58,8 @@ Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control
 }
 
 // Refuses a file that cannot be a mesh without sending it, with the message that the reader would give.
-Result<std::string> Sender::hash(const std::filesystem::path& file, Control& control) {
-  const auto whole = api::MeshFile::open(file.string());
+Result<std::string> Sender::hash(const Gate& gate, const std::filesystem::path& file, Control& control) {
+  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get());
   if (!whole) return whole.error();
   const std::string name = file.string();
   // Gzip-compressed files are checked by the service.
@@ -87,7 +87,7 @@ Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file
 
 Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control) {
   control.report({0, Progress{}.upper, "send"});
-  const auto whole = api::MeshFile::open(file.string());
+  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get());
   if (!whole) return whole.error();
   const HttpRequest request{"PUT",
                             "/v1/meshes/" + id,
@@ -111,7 +111,7 @@ Result<double> Sender::baseline_diagonal(const Gate& gate, Control& control) {
   const std::string name = gate.baseline.string();
   auto found = diagonals_.get(name, control, [&]() -> Result<double> {
     // A reader cannot be cancelled, so its thread is left behind.
-    std::packaged_task<Result<double>()> reading([name] { return diagonal_of(name); });
+    std::packaged_task<Result<double>()> reading([name, pipes = gate.pipes] { return diagonal_of(name, pipes.get()); });
     auto diagonal = reading.get_future();
     std::thread(std::move(reading)).detach();
     while (control.check() != Interruption::cancelled) {

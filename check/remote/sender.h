@@ -32,7 +32,7 @@ class Sender {
   Result<double> baseline_diagonal(const Gate& gate, Control& control);
 
  private:
-  Result<std::string> hash(const std::filesystem::path& file, Control& control);
+  Result<std::string> hash(const Gate& gate, const std::filesystem::path& file, Control& control);
   Result<Done> deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control,
                        bool forgotten);
   Result<Done> put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control);

@@ -25,8 +25,8 @@ std::string key_of(const std::filesystem::path& file) {
   return (failed ? file : real).string() + '\n' + file.filename().string();
 }
 
-Result<api::SharedMesh> read(const std::string& name, Prepared::Use use) try {
-  const auto file = api::MeshFile::open(name);
+Result<api::SharedMesh> read(const std::string& name, const api::Pipes* pipes, Prepared::Use use) try {
+  const auto file = api::MeshFile::open(name, pipes);
   if (!file) return file.error();
   auto loaded = api::load({name, file->bytes(), name, ""}, api::ReadLimits{});
   if (!loaded) return std::move(loaded).error();
@@ -45,6 +45,7 @@ Meshes::Meshes(const std::vector<Gate>& gates, unsigned turns) {
       Entry*& entry = of_file_[file];
       if (!entry) entry = &entries_[key_of(file)];
       entry->uses += turns;
+      entry->pipes = gate.pipes;
     }
   }
   for (auto& [key, entry] : entries_) entry.use = entry.uses > turns ? Prepared::Use::often : Prepared::Use::once;
@@ -57,7 +58,7 @@ Meshes::File Meshes::begun(const std::filesystem::path& file) {
   Entry& entry = *of_file_.at(file);
   if (entry.file.valid()) return entry.file;
   auto reading = std::make_shared<std::packaged_task<Result<api::SharedMesh>()>>(
-      [name = file.string(), use = entry.use] { return read(name, use); });
+      [name = file.string(), pipes = entry.pipes, use = entry.use] { return read(name, pipes.get(), use); });
   entry.file = reading->get_future().share();
   const auto work = [reading = std::move(reading), readers = readers_]() mutable {
     (*reading)();

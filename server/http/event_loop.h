@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/sandbox/descriptor.h"
+#include "api/descriptor.h"
 
 namespace meshgauge::server {
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "api/descriptor.h"
 #include "api/problem.h"
-#include "server/sandbox/descriptor.h"
 
 namespace meshgauge::server {
 

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <span>
 
-#include "server/sandbox/descriptor.h"
+#include "api/descriptor.h"
 
 namespace meshgauge::server {
 
@@ -27,7 +27,7 @@ bool FileBuffer::flush_buffer() {
 }
 
 bool FileBuffer::write_all(const char* bytes, std::size_t count) {
-  if (error_number_ == 0 && !server::write_all(file_, std::as_bytes(std::span(bytes, count)))) error_number_ = errno;
+  if (error_number_ == 0 && !meshgauge::write_all(file_, std::as_bytes(std::span(bytes, count)))) error_number_ = errno;
   return error_number_ == 0;
 }
 

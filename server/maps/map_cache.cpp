@@ -10,12 +10,13 @@
 #include <filesystem>
 #include <optional>
 
+#include "api/descriptor.h"
 #include "api/digest.h"
 #include "server/http/upload.h"
 #include "server/maps/file_buffer.h"
-#include "server/sandbox/descriptor.h"
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
+#include "server/store/rights.h"
 
 namespace meshgauge::server {
 namespace {
@@ -101,7 +102,7 @@ Result<MapCache::File> MapCache::keep(const Coming& coming, const Write& write) 
 }
 
 Result<MapCache::File> MapCache::write_named(const std::string& path, const Write& write) try {
-  auto file = written(Descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)), write);
+  auto file = written(store::open_file(path, O_RDWR | O_CREAT | O_EXCL), write);
   if (!file) ::unlink(path.c_str());
   return file;
 } catch (...) {

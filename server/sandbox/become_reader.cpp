@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "server/sandbox/memory_file.h"
+#include "api/memory_file.h"
 
 namespace meshgauge::server::sandbox {
 

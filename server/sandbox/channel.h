@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "api/descriptor.h"
 #include "engine/control.h"
-#include "server/sandbox/descriptor.h"
 
 namespace meshgauge::server::sandbox {
 

@@ -20,7 +20,7 @@
 #include <linux/seccomp.h>
 #include <seccomp.h>
 
-#include "server/sandbox/descriptor.h"
+#include "api/descriptor.h"
 
 namespace meshgauge::server::sandbox {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "server/sandbox/memory_file.h"
+#include "api/memory_file.h"
 
 namespace meshgauge::server::sandbox {
 namespace {

@@ -13,6 +13,7 @@
 #include "api/digest.h"
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
+#include "server/store/rights.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -72,7 +73,7 @@ struct BlobCache::Incoming {
   explicit Incoming(BlobCache& of)
       : cache(of),
         path(of.folder_ + kIncoming + "/" + api::random_id()),
-        file(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {}
+        file(open_file(path, O_RDWR | O_CREAT | O_EXCL)) {}
   ~Incoming() {
     if (!path.empty() && file) ::unlink(path.c_str());
     const std::lock_guard lock(cache.mutex_);

@@ -22,8 +22,8 @@
 #include <string>
 #include <utility>
 
+#include "api/descriptor.h"
 #include "engine/result.h"
-#include "server/sandbox/descriptor.h"
 
 namespace meshgauge::server::store {
 

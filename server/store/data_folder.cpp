@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "server/store/errors.h"
+#include "server/store/rights.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -27,7 +27,7 @@ Result<Done> make_data_folder(const std::string& path) {
   std::error_code failed;
   const std::filesystem::path parent = parent_of(path, failed);
   if (!failed) std::filesystem::create_directories(parent, failed);
-  if (failed) return storage_error(failed.value(), in_quotes(path) + " cannot be made");
+  if (failed) return access_error(failed.value(), in_quotes(path) + " cannot be made", parent.string());
   Result<bool> made = make_folder(path);
   if (!made) return made.error();
   return *made ? sync_folder(parent) : Result<Done>(Done{});
@@ -49,12 +49,6 @@ void write_number(const Descriptor& lock) {
 
 }  // namespace
 
-Result<bool> make_folder(const std::string& path) {
-  if (::mkdir(path.c_str(), 0700) == 0) return true;
-  if (errno == EEXIST) return false;
-  return storage_error(errno, "the folder '" + path + "' cannot be made");
-}
-
 Result<Done> sync_folder(const std::string& path) {
   const Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!folder || ::fsync(folder.get()) != 0) {
@@ -66,8 +60,9 @@ Result<Done> sync_folder(const std::string& path) {
 Result<DataFolder> DataFolder::open(const std::string& path) {
   Result<Done> made = make_data_folder(path);
   if (!made) return made.error();
-  Descriptor lock(::open((path + "/lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-  if (!lock) return storage_error(errno, in_quotes(path) + " cannot be used");
+  const std::string file = path + "/lock";
+  Descriptor lock = open_file(file, O_RDWR | O_CREAT);
+  if (!lock) return access_error(errno, in_quotes(path) + " cannot be used", file);
   if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return storage_error(errno, in_quotes(path) + " cannot be locked");
     return Error{ErrorCode::storage_unavailable,

@@ -9,14 +9,14 @@
 
 #include <string>
 
+#include "api/descriptor.h"
 #include "engine/result.h"
-#include "server/sandbox/descriptor.h"
 
 namespace meshgauge::server::store {
 
 class DataFolder {
  public:
-  // Creates the folder with mode 0700 if needed. Error: it cannot be written to, or another process uses it.
+  // Creates the folder if needed (rights.h). Error: it cannot be written to, or another process uses it.
   static Result<DataFolder> open(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -33,8 +33,5 @@ inline constexpr const char* kIncoming = "/incoming";
 
 // Makes the entries of a folder (new, renamed and removed names) durable.
 Result<Done> sync_folder(const std::string& path);
-
-// false: it existed. Not durable before sync_folder() of its parent.
-Result<bool> make_folder(const std::string& path);
 
 }  // namespace meshgauge::server::store

@@ -15,6 +15,7 @@
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
 #include "server/store/remote_blobs.h"
+#include "server/store/rights.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -44,7 +45,7 @@ Error not_removed(int error_number) { return storage_error(error_number, "the st
 class Incoming {
  public:
   explicit Incoming(const std::string& root) : path_(root + kIncoming + "/" + api::random_id()) {
-    file_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+    file_ = open_file(path_, O_WRONLY | O_CREAT | O_EXCL);
   }
   ~Incoming() {
     if (file_) ::unlink(path_.c_str());

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "server/sandbox/descriptor.h"
 #include "server/store/errors.h"
+#include "server/store/rights.h"
 
 namespace meshgauge::server::store {
 
@@ -20,7 +20,7 @@ std::uint64_t reserve_bytes(std::uint64_t disk_bytes) {
 bool Reserve::restore() {
   if (whole_.load()) return true;
   const std::lock_guard lock(mutex_);
-  const Descriptor file(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  const Descriptor file = open_file(path_, O_RDWR | O_CREAT);
   struct statvfs disk {};
   if (!file || ::fstatvfs(file.get(), &disk) != 0) return false;
   const std::uint64_t bytes = reserve_bytes(std::uint64_t{disk.f_blocks} * disk.f_frsize);

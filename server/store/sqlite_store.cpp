@@ -10,6 +10,7 @@
 
 #include "server/store/errors.h"
 #include "server/store/job_rows.h"
+#include "server/store/rights.h"
 #include "server/store/rows.h"
 #include "server/store/schema.h"
 #include "server/store/transitions.h"
@@ -19,8 +20,8 @@ namespace {
 
 // SQLite would make the file readable to every user; its log and index get the mode that it has.
 Result<Done> make_private_file(const std::string& path) {
-  const Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-  if (!file) return storage_error(errno, "the database '" + path + "' cannot be opened");
+  const Descriptor file = open_file(path, O_RDWR | O_CREAT);
+  if (!file) return access_error(errno, "the database '" + path + "' cannot be opened", path);
   return Done{};
 }
 

@@ -54,6 +54,7 @@ class Chart(unittest.TestCase):
             ({"frontend": {"tmp": {"medium": "Disk"}}}, "medium"),
             ({"image": {"digest": "latest"}}, "digest"),
             ({"unknown": 1}, "unknown"),
+            ({"podSecurityContext": {"runAsNonRoot": False}}, "runAsNonRoot"),
             ({"database": {"existingSecret": ""}}, "database.existingSecret"),
             ({"keys": {"existingSecret": ""}}, "keys.publicWithoutKeys"),
             ({"blobs": {"url": "s3://meshes"}}, "blobs.s3.existingSecret"),

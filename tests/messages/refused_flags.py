@@ -23,6 +23,8 @@ def compare_flags():
         ("one file", ["compare", "good.obj"]),
         ("a file that does not exist", ["compare", "gone.obj", "far.obj"]),
         ("a folder", ["compare", "folder", "far.obj"]),
+        ("standard input for both meshes", ["compare", "-", "-"]),
+        ("an empty standard input", ["compare", "-", "far.obj"]),
         ("an unknown flag", [*pair, "--directon", "a_to_b"]),
         ("an unknown direction", [*pair, "--direction", "both"]),
         ("an unknown strategy", [*pair, "--strategy", "fast"]),

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "server/sandbox/descriptor.h"
+#include "api/descriptor.h"
 #include "server/store/postgres/connection.h"
 #include "server/store/signals.h"
 

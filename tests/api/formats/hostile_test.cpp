@@ -4,8 +4,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <set>
 #include <random>
+#include <set>
 
 #include "tests/api/formats/files.h"
 #include "tests/api/formats/small_files.h"

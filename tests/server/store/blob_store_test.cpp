@@ -12,7 +12,7 @@
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
-using meshgauge::server::Descriptor;
+using meshgauge::Descriptor;
 
 namespace {
 

@@ -2,10 +2,10 @@
 
 {{- define "meshgauge.podSecurity" -}}
 runAsNonRoot: true
-runAsUser: 10001
-runAsGroup: 10001
-fsGroup: 10001
 seccompProfile: {type: RuntimeDefault}
+{{- with .Values.podSecurityContext }}
+{{ toYaml . }}
+{{- end }}
 {{- end }}
 
 {{/* The readers of uploads confine themselves further: no_new_privs, no capabilities, a seccomp filter of their own. */}}

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/sandbox/descriptor.h"
+#include "api/descriptor.h"
 #include "server/store/s3/settings.h"
 
 namespace meshgauge::server::store {

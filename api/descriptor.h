@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-namespace meshgauge::server {
+namespace meshgauge {
 
 class Descriptor {
  public:
@@ -42,4 +42,4 @@ inline bool write_all(int file, std::span<const std::byte> bytes) {
   return true;
 }
 
-}  // namespace meshgauge::server
+}  // namespace meshgauge

@@ -1,0 +1,117 @@
+#include "server/store/rights.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+#include "server/store/errors.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path folder_of(const std::string& path) {
+  const fs::path folder = (fs::path(path) / "").parent_path().parent_path();
+  return folder.empty() ? "." : folder;
+}
+
+// The group of the folder that holds `path`, if that folder is shared.
+std::optional<gid_t> sharing_group(const std::string& path) {
+  struct stat folder {};
+  if (::stat(folder_of(path).c_str(), &folder) != 0) return std::nullopt;
+  const mode_t mode = folder.st_mode;
+  if ((mode & S_IRWXG) != S_IRWXG || (mode & S_IWOTH) != 0) return std::nullopt;
+  const bool inherited = (mode & S_ISGID) != 0 && (mode & S_IRWXO) == 0;
+  return folder.st_gid == 0 || inherited ? std::optional(folder.st_gid) : std::nullopt;
+}
+
+// Gives the group the rights of the owner, if the file or folder has just the owner's and is of that group.
+template <class Stat, class Change>
+void share(gid_t group, Stat stat, Change change) {
+  struct stat made {};
+  if (stat(&made) != 0 || made.st_gid != group || made.st_uid != ::geteuid()) return;
+  const mode_t rights = made.st_mode & ~static_cast<mode_t>(S_IFMT);
+  const mode_t shared = rights | ((rights & S_IRWXU) >> 3U);
+  if (shared != rights) (void)change(shared);  // if it fails, this user can use it all the same
+}
+
+std::string user_and_group(std::uint64_t user, std::uint64_t group) {
+  return std::to_string(user) + ':' + std::to_string(group);
+}
+
+std::string octal(mode_t mode) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "%04o", mode & 07777U);
+  return text.data();
+}
+
+// The path itself, or the first folder above it that can be seen.
+std::string first_seen(const std::string& path, struct stat& status) {
+  std::error_code failed;
+  fs::path seen = fs::absolute(path, failed).lexically_normal();
+  while (::stat(seen.c_str(), &status) != 0 && seen != seen.root_path()) seen = seen.parent_path();
+  return seen.string();
+}
+
+std::string advice(const std::string& path) {
+  struct stat status {};
+  const std::string seen = first_seen(path, status), quoted = "'" + seen + "'";
+  const std::string own = user_and_group(::geteuid(), ::getegid());
+  const std::string owner = user_and_group(status.st_uid, status.st_gid);
+  const std::string found = "; this process runs as user and group " + own + ", and " + quoted + " belongs to " +
+                            owner + " with mode " + octal(status.st_mode);
+  if (status.st_uid == ::geteuid() && (status.st_mode & S_IRWXU) == S_IRWXU) {
+    return found +
+           ", so a rule of the machine (SELinux, AppArmor) denies it: allow it there; docker and podman have "
+           "':z' behind a volume for it";
+  }
+  const std::string folder = S_ISDIR(status.st_mode) ? quoted : "'" + folder_of(seen).string() + "'";
+  const std::string other = status.st_uid == 0 ? "name another folder (MESHGAUGE_DATA_DIR)"
+                                               : "run as its owner (docker run --user " + owner + ")";
+  return found + ": " + other + ", or give it to this user (chown -R " + own + " " + folder +
+         ") or to every user of group 0 (chgrp -R 0 " + folder + " && chmod -R g=u " + folder + ")";
+}
+
+}  // namespace
+
+Result<bool> make_folder(const std::string& path) {
+  const auto group = sharing_group(path);
+  if (::mkdir(path.c_str(), 0700) != 0) {
+    if (errno == EEXIST) return false;
+    return access_error(errno, "the folder '" + path + "' cannot be made", folder_of(path));
+  }
+  if (group) {
+    share(
+        *group, [&](struct stat* made) { return ::stat(path.c_str(), made); },
+        [&](mode_t rights) { return ::chmod(path.c_str(), rights); });
+  }
+  return true;
+}
+
+Descriptor open_file(const std::string& path, int flags) {
+  Descriptor file(::open(path.c_str(), flags | O_CLOEXEC, 0600));
+  if (!file || (flags & O_CREAT) == 0) return file;
+  if (const auto group = sharing_group(path)) {
+    share(
+        *group, [&](struct stat* made) { return ::fstat(file.get(), made); },
+        [&](mode_t rights) { return ::fchmod(file.get(), rights); });
+  }
+  return file;
+}
+
+Error access_error(int error_number, const std::string& what, const std::string& path) {
+  Error error = storage_error(error_number, what);
+  if (error_number == EACCES) error.message += advice(path);
+  return error;
+}
+
+}  // namespace meshgauge::server::store
