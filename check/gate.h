@@ -86,6 +86,7 @@ struct Gate {
   Expectations expect;
   std::string manifest;  // manifest that contains the gate, for reports that point at a line; empty: given by flags
   int line = 0;          // 1-based
+  std::vector<std::string> notes{};  // sentences of the manifest without full stop: files that a glob passes over
 };
 
 // The limits of a gate as numbers, lengths in the unit of the result. At least one is given.

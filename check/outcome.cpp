@@ -19,15 +19,35 @@ Error no_comparison(const std::string& why) {
   return {ErrorCode::internal, "the result is not that of a comparison: " + why, "", ""};
 }
 
-// Replaces "mesh a" and "mesh b". Number and size of the notes are limited, since a service is untrusted.
+// Number and size of the notes are limited, since a service is untrusted.
+constexpr std::string_view kUnread = "not read and not measured";  // begins each remark of api::Unread
+constexpr std::size_t kMostNotes = 16, kMostNoteBytes = 512;
+
+// Returns what was not read of the surfaces. Other notes on one mesh stand in the document alone.
+std::vector<std::string> unread_of(const Json& document) {
+  std::vector<std::string> notes;
+  for (const auto& [at, role] :
+       {std::pair("/meshes/a/notes", "the candidate"), std::pair("/meshes/b/notes", "the baseline")}) {
+    const Json::json_pointer place(at);
+    if (!document.contains(place) || !document[place].is_array()) continue;
+    std::size_t count = 0;
+    for (const Json& note : document[place]) {
+      if (!note.is_string() || !note.get_ref<const std::string&>().starts_with(kUnread) || count++ >= kMostNotes)
+        continue;
+      notes.push_back(std::string(role) + ": " + note.get<std::string>().substr(0, kMostNoteBytes));
+    }
+  }
+  return notes;
+}
+
+// Replaces "mesh a" and "mesh b".
 std::vector<std::string> notes_of(const Json& document) {
-  constexpr std::size_t kMost = 16, kMostBytes = 512;
   std::vector<std::string> notes;
   const auto found = document.find("notes");
   if (found == document.end() || !found->is_array()) return notes;
   for (const Json& note : *found) {
-    if (!note.is_string() || notes.size() == kMost) continue;
-    std::string text = note.get<std::string>().substr(0, kMostBytes);
+    if (!note.is_string() || notes.size() == kMostNotes) continue;
+    std::string text = note.get<std::string>().substr(0, kMostNoteBytes);
     for (const auto& [mesh, role] : {std::pair("mesh a", "the candidate"), std::pair("mesh b", "the baseline")}) {
       const std::string_view from = mesh, to = role;
       for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
@@ -270,6 +290,7 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
   measured.units = facts->units;
   measured.motion = facts->motion;
   measured.notes = notes_of(document);
+  measured.unread = unread_of(document);
   measured.status = status->get<std::string>();
   measured.verdict = worst(criteria_of(measured));
   measured.witness = facts->witness;

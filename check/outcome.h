@@ -96,6 +96,7 @@ struct Measured {
   api::UnitPlan units;                   // units of the meshes as read, and of every length here
   std::optional<RigidMotion> motion;     // of the candidate before it was measured; nullopt: none
   std::vector<std::string> notes;        // one sentence each: what was converted, what looks like a wrong unit
+  std::vector<std::string> unread{};     // notes on what was not read of a surface, and so not measured
   std::string status;                    // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;  // of all limits
   // Belongs to the direction that attains `lower`; to the region that fails, unless the rest does. nullopt: none.

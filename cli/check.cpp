@@ -34,6 +34,7 @@
 #include "check/run/terminal.h"
 #include "cli/check_extras.h"
 #include "cli/check_flags.h"
+#include "cli/check_start.h"
 #include "cli/commands.h"
 #include "cli/heap.h"
 #include "cli/interrupts.h"
@@ -211,6 +212,7 @@ void leave_at_once_if_cut(const Report& report, const check::Meshes& meshes, int
 int refuse(const CheckFlags& flags, const Asked& asked) {
   for (const check::Mistake& mistake : asked.mistakes)
     fail_on_one_line(asked.manifest.empty() ? mistake.message : check::to_string(asked.manifest, mistake));
+  for (const std::string& line : asked.explanation) std::fprintf(stderr, "%s\n", check::shown_name(line).c_str());
   const Pictures none;
   const ReportFiles reports = reports_of(flags, none);
   Places places = inputs_of(flags, {});
@@ -296,7 +298,10 @@ void add_check(CLI::App& app, int& exit_code) {
       *app.add_subcommand("check", "Check meshes against baselines: exit 0 pass, 1 fail, 2 undecided, 3 error");
   const auto flags = std::make_shared<CheckFlags>();
   declare(command, *flags);
-  command.callback([flags, &exit_code] { exit_code = run(*flags); });
+  command.callback([flags, &command, &exit_code] {
+    take_manifest_here(*flags);
+    exit_code = flags->init ? write_first_manifest(*flags, unheard_by_init(command)) : run(*flags);
+  });
 }
 
 }  // namespace meshgauge::cli

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <initializer_list>
+#include <iterator>
 #include <string_view>
 #include <utility>
 
@@ -22,6 +23,7 @@
 #include "check/manifest/quantities.h"
 #include "check/manifest/region_setting.h"
 #include "check/selection.h"
+#include "cli/check_start.h"
 #include "cli/pipes.h"
 #include "cli/read_flag.h"
 
@@ -245,10 +247,10 @@ void declare_service(CLI::App& command, CheckFlags& flags) {
 
 void declare(CLI::App& command, CheckFlags& flags) {
   command
-      .add_option("FILES", flags.files,
-                  "CANDIDATE BASELINE: two mesh files, with --max-distance; or one manifest of gates (YAML)")
-      ->required()
-      ->expected(1, 2);
+      .add_option(
+          "FILES", flags.files,
+          "CANDIDATE BASELINE: two mesh files, with --max-distance; or one manifest of gates (YAML); none: gates.yaml")
+      ->expected(0, -1);  // more than two are explained
   declare_measuring(command, flags);
   declare_reports(command, flags);
   declare_service(command, flags);
@@ -259,9 +261,13 @@ void declare(CLI::App& command, CheckFlags& flags) {
     update->excludes(command.get_option(unheard));  // these flags are about a measurement
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
+  command.add_flag("--init", flags.init,
+                   "Measure nothing: write a gates.yaml for the meshes of FILES, a folder; none: this one");
 }
 
 Asked gates_asked(const CheckFlags& flags) {
+  if (auto lines = explain_manifest(flags); !lines.empty())
+    return {{}, {{0, 0, lines.front()}}, "", {std::next(lines.begin()), lines.end()}};
   if (const auto ok = fit_files(flags); !ok) return mistaken(ok.error());
   if (const auto ok = fit_only(flags); !ok) return mistaken(ok.error());
   Asked asked = all_gates(flags);

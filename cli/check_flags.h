@@ -37,6 +37,7 @@ struct CheckFlags {
 
   std::string server, key_file, ca_file;
   bool key_in_clear = false;
+  bool init = false;  // `files`: a folder, or none
   bool update_baselines = false;
   bool dry_run = false;
 };
@@ -46,8 +47,9 @@ void declare(CLI::App& command, CheckFlags& flags);
 // The gates of the manifest or of the two files, selected by --only, or all mistakes at once.
 struct Asked {
   std::vector<check::Gate> gates;
-  std::vector<check::Mistake> mistakes;  // if any: nothing is measured
-  std::string manifest;                  // manifest with the mistakes; empty: they are about flags
+  std::vector<check::Mistake> mistakes;    // if any: nothing is measured
+  std::string manifest;                    // manifest with the mistakes; empty: they are about flags
+  std::vector<std::string> explanation{};  // further lines for the terminal
 };
 Asked gates_asked(const CheckFlags& flags);
 

@@ -145,9 +145,9 @@ std::string advice_part(const GateOutcome& outcome) {
   return "<p class=\"advice\"><strong>What to do.</strong> " + escaped(advice) + "</p>\n";
 }
 
-std::string notes_part(const Measured& measured) {
+std::string notes_part(const GateOutcome& outcome) {
   std::string out;
-  for (const std::string& note : measured.notes) out += "<p class=\"note\">Note: " + escaped(note) + ".</p>\n";
+  for (const std::string& note : notes_of(outcome)) out += "<p class=\"note\">Note: " + escaped(note) + ".</p>\n";
   return out;
 }
 
@@ -172,7 +172,7 @@ std::string measured_part(const GateOutcome& outcome, const GatePicture* picture
   std::string out = expectation_table(outcome);
   for (const Criterion& criterion : criteria_of(measured)) out += interval_drawing(criterion, outcome.unit()) + "\n";
   for (const Chart& chart : charts_of(outcome)) out += history_drawing(chart);
-  out += notes_part(measured);
+  out += notes_part(outcome);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
   out += advice_part(outcome) + link_part(measured) + witness_list(outcome) + pictures_part(picture, outcome);
   return out + facts_part(outcome);
@@ -260,7 +260,7 @@ std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, st
   out += badge(outcome, rule) + "<h2 id=\"" + id + "-name\">" + escaped(outcome.gate.name) + "</h2>" +
          "<span class=\"time\">" + in_time(outcome.wall_ms) + "</span></header>\n";
   out += subtitle(outcome) + "<p class=\"sentence\">" + escaped(surprises(outcome) + sentence(outcome)) + "</p>\n";
-  if (outcome.measured) out += measured_part(outcome, picture);
+  out += outcome.measured ? measured_part(outcome, picture) : notes_part(outcome);
   return out + "</article>\n";
 }
 

@@ -1,5 +1,6 @@
 #include "check/manifest/expand.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -11,6 +12,9 @@
 #include "check/files.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/naming.h"
+#include "check/manifest/passed_over.h"
+#include "check/manifest/pattern.h"
+#include "check/manifest/spelling.h"
 
 namespace meshgauge::check {
 namespace {
@@ -26,6 +30,11 @@ fs::path as_written(const fs::path& folder, const std::string& text) {
 }
 
 class Expansion {
+  struct Found {
+    const Entry* entry;
+    std::size_t first_gate;  // in `gates`
+  };
+
  public:
   Expansion(const fs::path& manifest, const Lookup& lookup, Mistakes& mistakes)
       : manifest_(manifest.string()), folder_(manifest.parent_path()), lookup_(lookup), mistakes_(mistakes) {}
@@ -35,7 +44,7 @@ class Expansion {
   void add(const Entry& entry) {
     std::map<std::string, std::string> taken;  // baseline -> its candidate, within this entry
     const std::vector<Match> found = candidates(entry);
-    if (!found.empty()) found_.push_back(&entry);
+    if (!found.empty()) found_.push_back({&entry, gates.size()});
     for (const Match& match : found) {
       if (gates.size() == kMaxGates) {
         mistakes_.add(entry.place, "more than " + std::to_string(kMaxGates) + " gates: split the manifest");
@@ -45,14 +54,30 @@ class Expansion {
     }
   }
 
+  // Call when all gates are known: a file that one glob passes over may be that of another gate.
+  void check_passed_over() {
+    const Utf8Locale utf8;
+    for (const Gate& gate : gates) taken_.emplace(folded(gate.candidate.string()), gate.candidate);
+    for (const Gate& gate : gates) taken_.emplace(folded(gate.baseline.string()), gate.baseline);
+    for (const Found& found : found_) {
+      if (is_glob(found.entry->candidate.text)) check_passed_over(found);
+    }
+  }
+
   // Call when all gates are known, since the baseline of one entry may match the template of another. Skipped with
   // --only: a baseline does not tell whether its gate was selected.
   void check_unmatched() {
     if (lookup_.baselines == Baselines::may_be_missing || !lookup_.only.patterns().empty()) return;
-    for (const Gate& gate : gates) matched_.insert(place_of(gate.baseline));
-    for (const Entry* entry : found_) {
-      const bool open = is_glob(entry->candidate.text) && has_placeholder(entry->baseline.text);
-      if (open && !entry->unmatched_ignored) check_unmatched(*entry);
+    const Utf8Locale utf8;
+    for (const Gate& gate : gates) {
+      const fs::path place = place_of(gate.baseline);
+      matched_.insert(place);
+      expected_.emplace(folded(place.string()), gate.baseline);
+    }
+    for (const Found& found : found_) {
+      const Entry& entry = *found.entry;
+      const bool open = is_glob(entry.candidate.text) && has_placeholder(entry.baseline.text);
+      if (open && !entry.unmatched_ignored) check_unmatched(entry);
     }
   }
 
@@ -64,10 +89,34 @@ class Expansion {
     auto found = glob(root(), candidate.text);
     if (found && !found->empty()) return std::move(found).value();
     if (!lookup_.only.may_hold(filled(entry.name.text, {"*", "*", "*"}))) return {};
-    const std::string subject =
-        "gate " + api::shown_text(entry.name.text) + ": the candidate " + api::shown_text(candidate.text) + " ";
-    mistakes_.add(candidate.place, subject + (found ? finds_nothing(candidate.text) : found.error().message));
+    mistakes_.add(candidate.place, subject_of(entry) + (found ? finds_nothing(candidate.text) : found.error().message));
     return {};
+  }
+
+  static std::string subject_of(const Entry& entry) {
+    return "gate " + api::shown_text(entry.name.text) + ": the candidate " + api::shown_text(entry.candidate.text) +
+           " ";
+  }
+
+  // Whether the file is that of a gate, by this path or by another in other case.
+  bool is_taken(const std::string& path) const {
+    const fs::path file = as_written(folder_, path);
+    const auto [from, to] = taken_.equal_range(folded(file.string()));
+    return std::any_of(from, to, [&](const auto& one) { return one.second == file || is_same_file(one.second, file); });
+  }
+
+  void check_passed_over(const Found& found) {
+    const Entry& entry = *found.entry;
+    PassedOverFiles over = passed_over(root(), entry.candidate.text);
+    std::erase_if(over.files, [&](const PassedOver& file) {
+      const std::string name = fs::path(file.path).filename().string();
+      NameParts parts = name_parts(name, "*");
+      return is_taken(file.path) || !lookup_.only.may_hold(filled(entry.name.text, parts));
+    });
+    for (const std::string& words : passed_over_in_words(entry.candidate.text, over.files))
+      mistakes_.add(entry.candidate.place, subject_of(entry) + words);
+    const std::string hidden = hidden_in_words(entry.candidate.text, over);
+    if (!hidden.empty() && found.first_gate < gates.size()) gates[found.first_gate].notes.push_back(hidden);
   }
 
   fs::path root() const { return folder_.empty() ? "." : folder_; }
@@ -80,15 +129,24 @@ class Expansion {
                                               api::shown_text(entry.baseline.text) + " " + found.error().message);
       return;
     }
-    for (const Match& match : *found) {
-      const fs::path baseline = as_written(folder_, match.path);
-      if (!matched_.insert(place_of(baseline)).second) continue;
-      mistakes_.add(entry.baseline.place,
-                    "the baseline " + shown_path(baseline) +
-                        " has no candidate: " + api::shown_text(entry.candidate.text) +
-                        " finds none; when there is to be none, remove the baseline, or write 'unmatched_baselines: "
-                        "ignore'");
+    for (const Match& match : *found) check_unmatched(entry, match.path);
+    for (const PassedOver& file : passed_over(root(), pattern).files) {
+      if ((file.why & kOfLeadingDot) == 0 && !is_taken(file.path)) check_unmatched(entry, file.path);
     }
+  }
+
+  void check_unmatched(const Entry& entry, const std::string& path) {
+    const fs::path baseline = as_written(folder_, path);
+    const fs::path place = place_of(baseline);
+    if (!matched_.insert(place).second) return;
+    const auto near = expected_.find(folded(place.string()));
+    const std::string like = near == expected_.end() ? ""
+                                                     : ", which differs only by case or blanks from " +
+                                                           shown_path(near->second) + ", the baseline of a gate,";
+    mistakes_.add(entry.baseline.place, "the baseline " + shown_path(baseline) + like +
+                                            " has no candidate: " + api::shown_text(entry.candidate.text) +
+                                            " finds none; when there is to be none, remove the baseline, or write "
+                                            "'unmatched_baselines: ignore'");
   }
 
   // Resolves links of the folder, so that each baseline has one place.
@@ -108,8 +166,14 @@ class Expansion {
     if (fs::exists(folder_ / pattern, none)) {
       return "finds no file, though there is one of exactly this name: write '[[]' for a '[' in it";
     }
+    const PassedOverFiles over = passed_over(root(), pattern);
+    std::string near;
+    for (const std::string& words : passed_over_in_words(pattern, over.files)) near += "; it " + words;
+    if (const std::string hidden = hidden_in_words(pattern, over); !hidden.empty()) near += "; " + hidden;
+    if (!near.empty()) return "finds no file" + near;
     const std::string from = folder_.empty() ? "the manifest's folder" : shown_path(folder_);
-    return "finds no file; paths are relative to " + from;
+    const bool backslash = pattern.find('\\') != std::string::npos;
+    return "finds no file; paths are relative to " + from + (backslash ? ", and folders are separated by '/'" : "");
   }
 
   void add(const Entry& entry, const Match& match, std::map<std::string, std::string>& taken) {
@@ -153,7 +217,8 @@ class Expansion {
     const auto wrong = file_defect(gate.candidate);
     if (!wrong) return;
     mistakes_.add(entry.candidate.place, "gate " + api::shown_text(gate.name) + ": the candidate " +
-                                             shown_path(gate.candidate) + " " + *wrong + hint(entry.candidate.text));
+                                             shown_path(gate.candidate) + " " + *wrong +
+                                             hint(gate.candidate, entry.candidate.text));
   }
 
   void check_baseline(const Entry& entry, const Gate& gate) {
@@ -167,10 +232,9 @@ class Expansion {
     std::error_code none;
     const bool missing = !fs::exists(fs::symlink_status(gate.baseline, none));
     if (!wrong || (missing && lookup_.baselines == Baselines::may_be_missing)) return;
-    const std::string advice = missing ? hint(entry.baseline.text) +
-                                             "; when the candidate is right, make it one by "
-                                             "--update-baselines"
-                                       : "";
+    std::string advice = missing ? hint(gate.baseline, entry.baseline.text) : "";
+    if (missing && advice.find("; there is ") == std::string::npos)
+      advice += "; when the candidate is right, make it one by --update-baselines";
     mistakes_.add(entry.baseline.place, subject + *wrong + advice);
   }
 
@@ -180,21 +244,26 @@ class Expansion {
                                             ": write {dir} in it as well");
   }
 
-  // Names the manifest's folder, in case the current one was meant.
-  std::string hint(const std::string& text) const {
+  // Names the manifest's folder, in case the current one was meant, or another spelling of the path that exists.
+  std::string hint(const fs::path& file, const std::string& text) {
     std::error_code none;
+    if (fs::exists(fs::symlink_status(file, none))) return "";  // a link to nothing
     const bool here = !folder_.empty() && fs::path(text).is_relative() && fs::exists(text, none);
-    return here ? "; it does in the current folder, but paths are relative to the manifest's" : "";
+    return here ? "; it does in the current folder, but paths are relative to the manifest's"
+                : spelling_hint(file, spellings_);
   }
 
   std::string manifest_;
   fs::path folder_;
   Lookup lookup_;
   Mistakes& mistakes_;
-  std::map<std::string, int> lines_;      // gate name -> line
-  std::vector<const Entry*> found_;       // entries whose candidates exist
-  std::set<fs::path> matched_;            // places of the gates' baselines
-  std::map<fs::path, fs::path> folders_;  // folders of baselines, without links
+  std::map<std::string, int> lines_;            // gate name -> line
+  std::vector<Found> found_;                    // entries whose candidates exist
+  std::set<fs::path> matched_;                  // places of the gates' baselines
+  std::map<fs::path, fs::path> folders_;        // folders of baselines, without links
+  std::map<std::string, fs::path> expected_;    // as folded() -> baseline of a gate
+  std::multimap<std::string, fs::path> taken_;  // as folded() -> file of a gate
+  Spellings spellings_;
 };
 
 }  // namespace
@@ -203,6 +272,7 @@ std::vector<Gate> expand(const std::vector<Entry>& entries, const fs::path& mani
                          Mistakes& mistakes) {
   Expansion expansion(manifest, lookup, mistakes);
   for (const Entry& entry : entries) expansion.add(entry);
+  expansion.check_passed_over();
   expansion.check_unmatched();
   return std::move(expansion.gates);
 }

@@ -1,7 +1,6 @@
 #include "check/manifest/glob.h"
 
 #include <fnmatch.h>
-#include <locale.h>
 
 #include <algorithm>
 #include <optional>
@@ -10,61 +9,15 @@
 #include "api/json_filter.h"
 #include "api/refused.h"
 #include "check/files.h"
+#include "check/manifest/pattern.h"
 
 namespace meshgauge::check {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> components(std::string_view pattern) {
-  std::vector<std::string> parts;
-  while (!pattern.empty()) {
-    const std::size_t slash = pattern.find('/');
-    const std::string_view part = pattern.substr(0, slash);
-    pattern.remove_prefix(slash == std::string_view::npos ? pattern.size() : slash + 1);
-    const bool again = part == "**" && !parts.empty() && parts.back() == "**";
-    if (!part.empty() && !again) parts.emplace_back(part);
-  }
-  return parts;
-}
-
-// A ']' directly after the bracket, or after its '!', is an ordinary character.
-bool is_closed(std::string_view bracket) {
-  std::size_t from = 1;
-  if (from < bracket.size() && (bracket[from] == '!' || bracket[from] == '^')) ++from;
-  return bracket.find(']', from + 1) != std::string_view::npos;
-}
-
-// Makes fnmatch() in this thread treat characters as UTF-8 while it lives, whatever the process's locale.
-class Utf8Locale {
- public:
-  Utf8Locale() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)) {
-    if (locale_) before_ = uselocale(locale_);
-  }
-  ~Utf8Locale() {
-    if (!locale_) return;
-    uselocale(before_);
-    freelocale(locale_);
-  }
-  Utf8Locale(const Utf8Locale&) = delete;
-  Utf8Locale& operator=(const Utf8Locale&) = delete;
-
- private:
-  locale_t locale_;
-  locale_t before_{};
-};
-
-bool matches_file(const std::string& pattern, const std::string& name) {
-  return fnmatch(pattern.c_str(), name.c_str(), FNM_PERIOD | FNM_NOESCAPE) == 0;
-}
-
 bool is_missing(const std::error_code& failed) {
   return failed == std::errc::no_such_file_or_directory || failed == std::errc::not_a_directory;
-}
-
-std::string joined(const std::string& folder, const std::string& name) {
-  if (folder.empty() || folder.ends_with('/')) return folder + name;
-  return folder + '/' + name;
 }
 
 class Walk {
@@ -175,11 +128,8 @@ Result<Done> check_glob(std::string_view pattern) {
       return refused("has '**' beside other characters in " + api::shown_text(part) +
                      ": between two slashes it stands alone, for any folders");
     }
-    for (std::size_t open = part.find('['); open != std::string::npos;
-         open = part.find('[', part.find(']', open + 2))) {
-      if (!is_closed(std::string_view(part).substr(open))) {
-        return refused("has a '[' that is not closed; for the character itself write '[[]'");
-      }
+    if (!has_closed_brackets(part)) {
+      return refused("has a '[' that is not closed; for the character itself write '[[]'");
     }
   }
   return Done{};

@@ -10,6 +10,7 @@ using Json = nlohmann::ordered_json;
 
 const char* check_name(const GateOutcome& outcome) {
   const Verdict verdict = outcome.verdict();
+  if (verdict == Verdict::pass) return "meshgauge/part-not-measured";
   if (fails_by_expectation(outcome)) return "meshgauge/expectation-not-met";
   if (fails_by_area(outcome)) return "meshgauge/area-above-limit";
   if (fails_by_zone(outcome)) return "meshgauge/zone-exceeded";
@@ -41,7 +42,8 @@ Json finding_json(const GateOutcome& outcome, Undecided rule) {
 std::string to_code_quality(const Report& report) {
   Json findings = Json::array();
   for (const GateOutcome& outcome : report.outcomes) {
-    if (outcome.verdict() != Verdict::pass) findings.push_back(finding_json(outcome, report.undecided));
+    const bool is_whole = outcome.verdict() == Verdict::pass && unmeasured_of(outcome).empty();
+    if (!is_whole) findings.push_back(finding_json(outcome, report.undecided));
   }
   return findings.dump(2) + "\n";
 }

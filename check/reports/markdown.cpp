@@ -251,14 +251,17 @@ std::size_t add_table(Page& page, const std::vector<Row>& rows) {
   return rows.size() - written;
 }
 
-// A candidate that was moved is named, also where its gate passes.
-void add_moved(Page& page, const std::vector<Row>& rows) {
+// A candidate that was moved is named, and what was not measured, also where the gate passes.
+void add_notes(Page& page, const std::vector<Row>& rows) {
   const char* before = "\n";
   for (const Row& row : rows) {
-    const auto notes = notes_of(*row.outcome);
-    if (notes.empty() || !row.outcome->measured->motion) continue;
-    if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + in_prose(notes.front()) + "\n")) return;
-    before = "";
+    std::vector<std::string> notes = unmeasured_of(*row.outcome);
+    const auto& measured = row.outcome->measured;
+    if (measured->motion && !measured->notes.empty()) notes.push_back(shown_name(measured->notes.front()));
+    for (const std::string& note : notes) {
+      if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + in_prose(note) + "\n")) return;
+      before = "";
+    }
   }
 }
 
@@ -280,7 +283,7 @@ std::string to_markdown(const Report& report, std::size_t max_bytes) {
   if (!passed.empty() &&
       page.add("\n<details><summary>" + counted(passed.size(), "gate", "gates") + " passed</summary>\n")) {
     left_out += add_table(page, passed);
-    add_moved(page, passed);
+    add_notes(page, passed);
     page.close("\n</details>\n");
   } else {
     left_out += passed.size();

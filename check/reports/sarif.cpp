@@ -165,9 +165,26 @@ Json result_of(const GateOutcome& outcome, Undecided undecided) {
   return result;
 }
 
+// What was not measured of the gates that pass, which have no result.
+Json notifications_of(const Report& report) {
+  Json notifications = Json::array();
+  for (const GateOutcome& outcome : report.outcomes) {
+    if (outcome.verdict() != Verdict::pass) continue;
+    for (const std::string& note : unmeasured_of(outcome))
+      notifications.push_back(
+          {{"level", "warning"},
+           {"message", {{"text", plain("Gate '" + shown_name(outcome.gate.name) + "': " + note + ".")}}},
+           {"locations", Json::array({location_json(outcome.gate)})}});
+  }
+  return notifications;
+}
+
 Json invocation_of(const Report& report) {
   const int code = report.exit_code();
-  return {{"exitCode", code}, {"executionSuccessful", code != 3 && !report.interrupted}};
+  Json invocation{{"exitCode", code}, {"executionSuccessful", code != 3 && !report.interrupted}};
+  Json notifications = notifications_of(report);
+  if (!notifications.empty()) invocation["toolExecutionNotifications"] = std::move(notifications);
+  return invocation;
 }
 
 Json counts_of(const Report& report) {

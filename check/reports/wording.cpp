@@ -246,8 +246,16 @@ std::string witness_of(const GateOutcome& outcome) {
          std::to_string(witness.to_triangle) + " of the " + to;
 }
 
-std::vector<std::string> notes_of(const GateOutcome& outcome) {
+std::vector<std::string> unmeasured_of(const GateOutcome& outcome) {
   std::vector<std::string> notes;
+  if (outcome.measured)
+    for (const std::string& note : outcome.measured->unread) notes.push_back(shown_name(note));
+  for (const std::string& note : outcome.gate.notes) notes.push_back(shown_name(note));
+  return notes;
+}
+
+std::vector<std::string> notes_of(const GateOutcome& outcome) {
+  std::vector<std::string> notes = unmeasured_of(outcome);
   if (!outcome.measured) return notes;
   for (const std::string& note : outcome.measured->notes) notes.push_back(shown_name(note));
   return notes;

@@ -42,8 +42,11 @@ std::string finding_of(const GateOutcome& outcome);
 // none.
 std::string unmet_of(const GateOutcome& outcome);
 std::string advice_of(const GateOutcome& outcome);  // empty if finding_of() says it
-// Notes on the pair, one sentence each without full stop: what was converted, what looks like a wrong unit.
+// Notes, one sentence each without full stop: what was not measured, what was converted, what looks like a wrong unit.
 std::vector<std::string> notes_of(const GateOutcome& outcome);
+// Those of them that say what was not measured: surface that was not read, files that a glob passes over. A report
+// shows them also where the gate passes.
+std::vector<std::string> unmeasured_of(const GateOutcome& outcome);
 // Returns "(1, 2, 3) on triangle 7 of the candidate; nearest is ...". Empty without a witness, and for a fail, whose
 // advice names it.
 std::string witness_of(const GateOutcome& outcome);

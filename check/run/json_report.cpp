@@ -111,6 +111,15 @@ Json regions_json(const Measured& measured) {
   return json;
 }
 
+Json notes_json(const GateOutcome& outcome) {
+  Json notes = Json::array();
+  const auto add = [&](const std::vector<std::string>& more) { notes.insert(notes.end(), more.begin(), more.end()); };
+  if (outcome.measured) add(outcome.measured->unread);
+  add(outcome.gate.notes);
+  if (outcome.measured) add(outcome.measured->notes);
+  return notes;
+}
+
 Json place(const Gate& gate) {
   if (gate.manifest.empty()) return nullptr;
   return {{"file", gate.manifest}, {"line", gate.line}};
@@ -129,7 +138,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"distance", distance(measured)},
             {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
             {"expectations", api::json_of(outcome.expectations)},
-            {"notes", measured ? Json(measured->notes) : Json::array()},
+            {"notes", notes_json(outcome)},
             {"advice", or_null(outcome.advice())},
             {"error", json_of(outcome.error)},
             {"interrupted", outcome.interrupted},

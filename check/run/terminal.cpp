@@ -144,7 +144,8 @@ std::string line_of(const Running& running) {
 std::string to_table(const Report& report, const TableStyle& style) {
   std::vector<Line> rows;
   for (const GateOutcome& outcome : report.outcomes) {
-    if (style.only_not_ok && outcome.level(report.undecided) == Level::ok) continue;
+    const bool is_ok = outcome.level(report.undecided) == Level::ok && unmeasured_of(outcome).empty();
+    if (style.only_not_ok && is_ok) continue;
     rows.push_back(shown_line(outcome, report.undecided));
   }
   if (rows.empty() && style.only_not_ok) return "";

@@ -11,7 +11,7 @@ namespace meshgauge::check {
 
 struct TableStyle {
   bool colour = false;
-  bool only_not_ok = false;  // leave out gates that pass, and the counts if all do
+  bool only_not_ok = false;  // leave out gates that pass and were measured whole, and the counts if all do
 };
 
 // Returns a line for each gate (verdict, name, interval against limit, time), below it where a failed gate failed and

@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include "api/formats/unread.h"
 #include "check/reports/wording.h"
 
 using namespace meshgauge;
@@ -144,4 +145,20 @@ TEST_CASE("outcome: nothing is known of a zone whose baseline has no sides, whic
   CHECK(finding_of(outcome) == "nothing is inside or outside of the baseline: the baseline is open");
   CHECK(!in_zone("null", "1", side(1, 2)).ok());
   CHECK(!in_zone("null", side(2, 1), side(1, 2)).ok());
+}
+
+TEST_CASE("outcome: what was not read of a mesh is a note of the gate, its other notes are not") {
+  api::Unread surfaces;
+  surfaces.add("free-form surfaces (surf)", 2);
+  const std::string unread = surfaces.remarks().at(0);
+  const auto found = measured(R"({"lower":0,"upper":0},"meshes":{"a":{"notes":["vertices merged: 3",")" + unread +
+                              R"("]},"b":{"notes":[")" + unread + "\"]}}");
+  REQUIRE(found.ok());
+  CHECK(found->unread == std::vector<std::string>{"the candidate: " + unread, "the baseline: " + unread});
+  GateOutcome outcome;
+  outcome.measured = *found;
+  outcome.gate.notes = {"'*.stl' passes over '.x.stl'"};
+  CHECK(notes_of(outcome).size() == 3);
+  CHECK(notes_of(outcome) == unmeasured_of(outcome));
+  CHECK(measured(R"({"lower":0,"upper":0},"meshes":{"a":{"notes":[1]}})")->unread.empty());
 }

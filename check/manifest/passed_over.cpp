@@ -1,0 +1,178 @@
+#include "check/manifest/passed_over.h"
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include "api/formats/detect.h"
+#include "api/json_filter.h"
+#include "check/files.h"
+#include "check/manifest/glob.h"
+#include "check/manifest/pattern.h"
+#include "check/manifest/spelling.h"
+
+namespace meshgauge::check {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNamed = 32, kMostBytes = 4000;  // in one message
+
+// Returns the pattern with '/' for each '\', unless that cuts a bracket.
+std::string with_slashes(std::string_view pattern) {
+  std::string out(pattern);
+  std::ranges::replace(out, '\\', '/');
+  return std::ranges::all_of(components(out), has_closed_brackets) && check_glob(out) ? out : std::string(pattern);
+}
+
+class Look {
+ public:
+  Look(fs::path folder, const std::string& pattern) : folder_(std::move(folder)), parts_(components(pattern)) {
+    if (pattern.starts_with('/')) {
+      while (fixed_ + 1 < parts_.size() && !is_glob(parts_[fixed_])) ++fixed_;
+    }
+    if (parts_.back() == "**") parts_.emplace_back("*");
+  }
+
+  PassedOverFiles found;
+
+  void into(const std::string& written, std::size_t i, unsigned why) {
+    const std::string& part = parts_[i];
+    if (part == ".." || part == ".") return i + 1 < parts_.size() ? into(joined(written, part), i + 1, why) : void();
+    if (part == "**") return below(written, i, why);
+    std::error_code none;
+    if (i < fixed_ && fs::is_directory(folder_ / joined(written, part), none))
+      return into(joined(written, part), i + 1, why);
+    each(written, [&](const fs::directory_entry& entry, const std::string& name) {
+      const auto more = differences(part, name);
+      if (i + 1 == parts_.size() && more) add(entry, joined(written, name), why | *more);
+      if (i + 1 < parts_.size() && more && entry.is_directory(none)) into(joined(written, name), i + 1, why | *more);
+      if (i + 1 < parts_.size()) add_archived(entry, joined(written, name), name, i, why);
+    });
+  }
+
+ private:
+  template <class Visit>
+  void each(const std::string& written, Visit visit) {
+    std::error_code failed;
+    const fs::path path = written.empty() ? folder_ : folder_ / written;
+    for (fs::directory_iterator it(path, failed), end; !failed && found.all && it != end; it.increment(failed)) {
+      if (++looked_at_ > kMaxGlobEntries || found.files.size() >= kMaxGlobMatches) found.all = false;
+      visit(*it, it->path().filename().string());
+    }
+  }
+
+  void below(const std::string& written, std::size_t i, unsigned why) {
+    into(written, i + 1, why);
+    each(written, [&](const fs::directory_entry& entry, const std::string& name) {
+      std::error_code none;
+      add_archived(entry, joined(written, name), name, i, why);
+      if (entry.is_symlink(none) || !entry.is_directory(none)) return;
+      below(joined(written, name), i, why | (name.starts_with('.') ? unsigned{kOfLeadingDot} : 0U));
+    });
+  }
+
+  void add(const fs::directory_entry& entry, const std::string& path, unsigned why) {
+    std::error_code failed;
+    if (why == 0 || (!entry.is_regular_file(failed) && !failed)) return;
+    if ((why & kOfLeadingDot) != 0 && !api::format_by_name(path)) return;
+    found.files.push_back({path, why});
+  }
+
+  // A program that unpacks an archive of Windows may make a file 'parts\x.stl' in place of a folder.
+  void add_archived(const fs::directory_entry& entry, const std::string& path, std::string name, std::size_t i,
+                    unsigned why) {
+    if (name.find('\\') == std::string::npos) return;
+    std::ranges::replace(name, '\\', '/');
+    const std::vector<std::string> names = components(name);
+    looked_at_ += names.size() * (parts_.size() - i);
+    if (const auto more = differences(std::span(parts_).subspan(i), names))
+      add(entry, path, why | *more | kOfBackslash);
+  }
+
+  fs::path folder_;
+  std::vector<std::string> parts_;
+  std::size_t fixed_ = 0;  // components of an absolute pattern whose other spellings are of no interest
+  std::size_t looked_at_ = 0;
+};
+
+std::string list_of(const std::vector<std::string>& paths) {
+  std::string text;
+  std::size_t i = 0;
+  for (; i < std::min(paths.size(), kMostNamed) && text.size() < kMostBytes; ++i) {
+    const bool last = i > 0 && i + 1 == paths.size();
+    text += (i == 0 ? "" : last ? " and " : ", ") + shown_path(paths[i]);
+  }
+  return i < paths.size() ? text + " and " + std::to_string(paths.size() - i) + " more" : text;
+}
+
+std::string them(const std::vector<std::string>& paths) { return paths.size() == 1 ? "it" : "them"; }
+
+std::string of_case(std::string_view pattern, const std::vector<std::string>& paths) {
+  const std::string both = with_both_cases(pattern, paths);
+  const std::string remedy =
+      both.empty() ? "rename " + them(paths) : "write " + shown_path(both) + " to take both, or rename " + them(paths);
+  return "passes over " + list_of(paths) + ", which it misses only by upper and lower case: " + remedy;
+}
+
+std::string of_blanks(const std::vector<std::string>& paths) {
+  return "passes over " + list_of(paths) + ", which it misses only by blanks at the ends of names: rename " +
+         them(paths);
+}
+
+std::string of_backslash(std::string_view pattern, const std::vector<std::string>& paths) {
+  const bool own = pattern.find('\\') != std::string_view::npos;
+  return "passes over " + list_of(paths) + ": folders are separated by '/', not by '\\'; " +
+         (own ? "write " + shown_path(with_slashes(pattern)) : "move " + them(paths) + " into the folder");
+}
+
+}  // namespace
+
+PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern) {
+  const Utf8Locale utf8;
+  const std::string meant = with_slashes(pattern);
+  Look look(folder, meant);
+  look.into(pattern.starts_with('/') ? "/" : "", 0, meant == pattern ? 0U : unsigned{kOfBackslash});
+  std::vector<PassedOver>& files = look.found.files;
+  std::ranges::sort(files,
+                    [](const auto& x, const auto& y) { return std::tie(x.path, x.why) < std::tie(y.path, y.why); });
+  const auto again = std::ranges::unique(files, {}, &PassedOver::path);
+  files.erase(again.begin(), again.end());
+  return std::move(look.found);
+}
+
+std::vector<std::string> passed_over_in_words(std::string_view pattern, const std::vector<PassedOver>& files) {
+  const Utf8Locale utf8;
+  std::vector<std::string> by_case, by_blanks, by_backslash;
+  for (const PassedOver& file : files) {
+    if ((file.why & kOfLeadingDot) != 0) continue;
+    ((file.why & kOfBackslash) != 0 ? by_backslash
+     : (file.why & kOfBlanks) != 0  ? by_blanks
+                                    : by_case)
+        .push_back(file.path);
+  }
+  std::vector<std::string> sentences;
+  if (!by_case.empty()) sentences.push_back(of_case(pattern, by_case));
+  if (!by_blanks.empty()) sentences.push_back(of_blanks(by_blanks));
+  if (!by_backslash.empty()) sentences.push_back(of_backslash(pattern, by_backslash));
+  return sentences;
+}
+
+std::string hidden_in_words(std::string_view pattern, const PassedOverFiles& found) {
+  std::vector<std::string> hidden;
+  for (const PassedOver& file : found.files) {
+    if ((file.why & kOfLeadingDot) != 0) hidden.push_back(file.path);
+  }
+  std::string text;
+  if (!hidden.empty())
+    text = api::shown_text(pattern) + " passes over " + list_of(hidden) + ": a wildcard matches no leading dot, so " +
+           (hidden.size() == 1 ? "it is" : "they are") + " not measured";
+  if (!found.all)
+    text += (text.empty() ? api::shown_text(pattern) + " passes over files: there are" : "; there are") +
+            std::string(" too many beside it to name all that it passes over");
+  return text;
+}
+
+}  // namespace meshgauge::check
