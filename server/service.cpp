@@ -188,6 +188,7 @@ void Service::shutdown(const std::function<bool()>& give_up) {
 }
 
 Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
+  if (auto ok = check_reach(settings); !ok) return ok.error();
   set_up_process(settings);
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();

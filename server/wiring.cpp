@@ -35,6 +35,14 @@ Signal meaning_of_hangup(const siginfo_t& info) {
   return started.sa_handler == SIG_IGN ? Signal::none : Signal::end;
 }
 
+bool may_be_public(const Settings& settings) { return !settings.keys_file.empty() || settings.public_without_keys; }
+
+Error public_without_leave(const Settings& settings) {
+  return refused("other machines can reach " + settings.host +
+                 ": give --keys-file, or --public-without-keys to serve every client without a key "
+                 "(MESHGAUGE_KEYS_FILE, MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)");
+}
+
 }  // namespace
 
 void set_up_process(const Settings& settings) {
@@ -86,6 +94,11 @@ Result<Done> check_temp_dir(const std::string& directory) {
   return Done{};
 }
 
+Result<Done> check_reach(const Settings& settings) {
+  if (may_be_public(settings) || stands_for_loopback(settings.host)) return Done{};
+  return public_without_leave(settings);
+}
+
 Result<int> bind(HttpGuard& guard, const Settings& settings) {
   const auto port = guard.bind();
   if (!port) {
@@ -94,11 +107,9 @@ Result<int> bind(HttpGuard& guard, const Settings& settings) {
         "cannot listen on " + settings.host + ":" + std::to_string(settings.port) + ": " + std::strerror(errno), "",
         ""};
   }
-  // By the socket's address, since a host name can stand for any address.
-  if (!settings.keys_file.empty() || settings.public_without_keys || guard.bound_to_loopback()) return *port;
-  return refused("other machines can reach " + settings.host +
-                 ": give --keys-file, or --public-without-keys to serve every client without a key "
-                 "(MESHGAUGE_KEYS_FILE, MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)");
+  // By the socket's address: of a host name with several addresses it may be a public one.
+  if (may_be_public(settings) || guard.bound_to_loopback()) return *port;
+  return public_without_leave(settings);
 }
 
 OriginCheck origin_check_of(const Settings& settings) {

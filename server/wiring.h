@@ -36,8 +36,12 @@ Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& 
 // Returns an Error if no file can be created in the directory.
 Result<Done> check_temp_dir(const std::string& directory);
 
-// Binds the guard and returns the port. An Error if the address is not available, or if other machines can reach it and
-// neither keys_file nor public_without_keys is set.
+// Returns an Error if other machines can reach every address of the host, and neither keys_file nor public_without_keys
+// is set. Binds nothing.
+Result<Done> check_reach(const Settings& settings);
+
+// Binds the guard and returns the port. An Error if the address is not available, or as check_reach() for the address
+// that was bound.
 Result<int> bind(HttpGuard& guard, const Settings& settings);
 
 // The check of hosts and origins by settings from checked(). With keys it refuses nothing.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/digest.h"
+#include "server/handlers/name_for_file.h"
 #include "server/http/parameters.h"
 
 namespace meshgauge::server {
@@ -17,10 +18,6 @@ constexpr const char* kManifest = "manifest";
 constexpr std::size_t kBytesOfPair = 2048;  // room for two ids, a name and options
 
 std::string shown(const std::string& name) { return "'" + name.substr(0, 64) + "'"; }
-
-std::string_view text_of(const Upload& upload) {
-  return {reinterpret_cast<const char*>(upload.bytes().data()), upload.bytes().size()};
-}
 
 // Serializes the parsing of manifests, since a parsed one takes several times its size in memory.
 std::mutex& parsing() {
@@ -69,7 +66,9 @@ BatchReceiver::Refusal BatchReceiver::expect(Exchange& exchange) {
     return std::nullopt;
   }
   std::string boundary;
-  constexpr const char* kWanted = "application/json, or multipart/form-data whose first part is the manifest";
+  constexpr const char* kWanted =
+      "application/json (a manifest of stored meshes), or multipart/form-data whose first part is the manifest "
+      "(curl -F manifest=@manifest.json -F x=@part.stl)";
   if (auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary)) return refusal;
   parser_.emplace(boundary, *this);
   return std::nullopt;
@@ -110,6 +109,9 @@ BatchReceiver::Refusal BatchReceiver::data(std::string_view piece) {
 
 BatchReceiver::Refusal BatchReceiver::end() {
   if (auto refusal = upload_->finish()) return refusal;
+  if (current_.filename.empty()) {
+    if (auto refusal = refuse_name_for_file(current_.name, upload_->text())) return refusal;
+  }
   return parsed_ ? keep_file() : parse(kManifest, true);
 }
 
@@ -117,7 +119,7 @@ BatchReceiver::Refusal BatchReceiver::parse(const std::string& document, bool pa
   const std::lock_guard lock(parsing());
   const api::BatchLimits limits{request_limits(settings_), static_cast<std::size_t>(settings_.max_batch_pairs),
                                 max_manifest_bytes(), parts};
-  auto request = api::parse_batch(text_of(*upload_), document, limits);
+  auto request = api::parse_batch(upload_->text(), document, limits);
   if (!request) return api::to_problem(request.error());
   request_ = std::move(*request);
   for (const api::BatchPair& pair : request_.pairs) {

@@ -6,6 +6,7 @@
 #include "api/formats/gltf_bundle.h"
 #include "api/formats/source.h"
 #include "api/request.h"
+#include "server/handlers/name_for_file.h"
 
 namespace meshgauge::server {
 namespace {
@@ -13,12 +14,12 @@ namespace {
 using api::Problem;
 using api::ProblemKind;
 
+constexpr std::uint64_t kMostDiscarded = std::uint64_t{16} << 20;
+constexpr std::size_t kMostNamesShown = 8;
+constexpr std::size_t kMostNameShown = 64;
+
 Problem twice(const std::string& part) {
   return field_problem(ProblemKind::malformed_request, part, "the part '" + part + "' was sent twice");
-}
-
-Problem missing(const std::string& part) {
-  return field_problem(ProblemKind::malformed_request, part, "the part '" + part + "' is missing");
 }
 
 Problem too_large(const std::string& part, const std::string& is, std::uint64_t limit) {
@@ -33,6 +34,8 @@ FormReceiver::Refusal FormReceiver::begin(const FieldHead& field) {
   current_ = field.name;
   mesh_ = nullptr;
   upload_ = nullptr;
+  if (++count_ <= kMostNamesShown) names_.push_back(api::printable(field.name, kMostNameShown));
+  if (!unknown_.empty()) return std::nullopt;
   if (field.name == "options") {
     if (options_seen_) return twice(field.name);
     options_seen_ = true;
@@ -43,9 +46,8 @@ FormReceiver::Refusal FormReceiver::begin(const FieldHead& field) {
   if (field.name == "b") return begin_mesh(field, form_.b);
   if (field.name == "a.files") return begin_file(field, form_.a);
   if (field.name == "b.files") return begin_file(field, form_.b);
-  const std::string name = field.name.substr(0, 64);
-  return field_problem(ProblemKind::malformed_request, name,
-                       "unknown part '" + name + "'; known: a, a.files, b, b.files, options");
+  unknown_ = field.name;
+  return std::nullopt;
 }
 
 FormReceiver::Refusal FormReceiver::begin_mesh(const FieldHead& field, MeshField& mesh) {
@@ -85,6 +87,10 @@ FormReceiver::Refusal FormReceiver::begin_file(const FieldHead& field, MeshField
 }
 
 FormReceiver::Refusal FormReceiver::data(std::string_view piece) {
+  if (!unknown_.empty()) {
+    discarded_ += piece.size();
+    return discarded_ > kMostDiscarded ? Refusal(unknown()) : std::nullopt;
+  }
   if (!upload_) return add_option_bytes(piece);
   if (bytes_of(*mesh_) + piece.size() > settings_.max_part_bytes) {
     return too_large(current_, mesh_->files.empty() ? "is" : "and the files beside it are together",
@@ -100,15 +106,40 @@ FormReceiver::Refusal FormReceiver::add_option_bytes(std::string_view piece) {
   return std::nullopt;
 }
 
-FormReceiver::Refusal FormReceiver::end() { return upload_ ? upload_->finish(mesh_->files.empty()) : std::nullopt; }
+FormReceiver::Refusal FormReceiver::end() {
+  if (!unknown_.empty()) return std::nullopt;
+  if (!upload_) return refuse_name_for_file(current_, form_.options);
+  if (auto refusal = upload_->finish(mesh_->files.empty())) return refusal;
+  const bool has_name = upload_ != mesh_->upload.get() || !mesh_->head.filename.empty();
+  return has_name ? std::nullopt : refuse_name_for_file(current_, upload_->text());
+}
 
 FormReceiver::Refusal FormReceiver::complete() {
+  if (!unknown_.empty()) return unknown();
   if (!form_.a.upload) return missing("a");
   if (!form_.b.upload) return missing("b");
   for (MeshField* mesh : {&form_.a, &form_.b}) {
     if (auto refusal = combine_files(*mesh, settings_.max_part_bytes, share_, settings_.temp_dir)) return refusal;
   }
   return std::nullopt;
+}
+
+Problem FormReceiver::unknown() const {
+  const std::string name = unknown_.substr(0, kMostNameShown);
+  return field_problem(ProblemKind::malformed_request, name,
+                       "unknown part '" + api::printable(unknown_, kMostNameShown) + "'; " + fields_sent() +
+                           "; known: a and b, the meshes, options, and a.files and b.files, what a .gltf names");
+}
+
+Problem FormReceiver::missing(const std::string& part) const {
+  return field_problem(ProblemKind::malformed_request, part, "the part '" + part + "' is missing; " + fields_sent());
+}
+
+std::string FormReceiver::fields_sent() const {
+  if (names_.empty()) return "the form holds no part";
+  std::string text = "the form holds ";
+  for (const std::string& name : names_) text += (&name == names_.data() ? "'" : ", '") + name + "'";
+  return count_ > names_.size() ? text + " and " + std::to_string(count_ - names_.size()) + " more" : text;
 }
 
 }  // namespace meshgauge::server

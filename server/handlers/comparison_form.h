@@ -1,9 +1,11 @@
 // Receives the fields of a comparison: a and b once each, options at most once, a.files and b.files up to
-// kMostBundleFiles times each.
+// kMostBundleFiles times each. From the first field of another name on it discards what comes, up to 16 MiB, so that
+// its problem names all the fields.
 #pragma once
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "server/handlers/bundle.h"
 #include "server/http/multipart.h"
@@ -35,6 +37,9 @@ class FormReceiver final : public MultipartSink {
   Refusal begin_mesh(const FieldHead& field, MeshField& mesh);
   Refusal begin_file(const FieldHead& field, MeshField& mesh);
   Refusal add_option_bytes(std::string_view piece);
+  api::Problem unknown() const;
+  api::Problem missing(const std::string& part) const;
+  std::string fields_sent() const;
 
   Form& form_;
   const Settings& settings_;
@@ -43,6 +48,10 @@ class FormReceiver final : public MultipartSink {
   MeshField* mesh_ = nullptr;  // that it belongs to; null for options
   Upload* upload_ = nullptr;   // of it; null for options
   bool options_seen_ = false;
+  std::string unknown_;             // name of the first unknown part; "": there is none
+  std::uint64_t discarded_ = 0;     // bytes since that part
+  std::vector<std::string> names_;  // of the first parts, for messages
+  std::size_t count_ = 0;           // of all parts
 };
 
 }  // namespace meshgauge::server

@@ -45,6 +45,16 @@ std::optional<Problem> add_ids(std::string& text, std::string_view piece) {
   return std::nullopt;
 }
 
+// A document without the ids of stored meshes is often meant for files.
+Error with_remedy(Error error) {
+  if (error.where == "/a" || error.where == "/b") {
+    error.message +=
+        "; a JSON body names stored meshes: files are sent as multipart/form-data (curl -F a=@part.stl -F "
+        "b=@baseline.stl)";
+  }
+  return error;
+}
+
 // Answers for a comparison that ended without a result. The worker stores its problem as JSON text; a job that was
 // cancelled in the queue, or that the store gave up, has none.
 void answer_stored(Exchange& exchange, const store::Job& row) {
@@ -163,7 +173,9 @@ void Comparisons::receive(Exchange& exchange, const std::shared_ptr<Post>& post)
   Body::Receive piece = [post](std::string_view bytes) { return add_ids(post->text, bytes); };
   if (take_kind(type) != "application/json") {
     std::string boundary;
-    constexpr const char* kWanted = "multipart/form-data, with the parts a, b and options";
+    constexpr const char* kWanted =
+        "multipart/form-data for files (curl -F a=@part.stl -F b=@baseline.stl), or application/json for stored meshes "
+        "(curl --json '{\"a\": \"SHA-256\", \"b\": \"SHA-256\"}')";
     const auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary);
     if (refusal) return answer(exchange, *refusal);
     post->parser.emplace(boundary, post->receiver);
@@ -195,7 +207,7 @@ Comparisons::Refusal Comparisons::parse_form(Post& post) const {
 
 Comparisons::Refusal Comparisons::parse_ids(const std::string& owner, Post& post) {
   auto pair = api::parse_stored_pair(post.text);
-  if (!pair) return api::to_problem(pair.error());
+  if (!pair) return api::to_problem(with_remedy(pair.error()));
   post.submission.options = std::move(pair->options);
   post.submission.a.id = std::move(pair->a);
   post.submission.b.id = std::move(pair->b);

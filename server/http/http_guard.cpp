@@ -1,6 +1,7 @@
 #include "server/http/http_guard.h"
 
 #include <fcntl.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/resource.h>
@@ -27,7 +28,30 @@ std::size_t most_connections() {
   return static_cast<std::size_t>(std::min<rlim_t>(kMostConnections, limit.rlim_cur / 4 * 3));
 }
 
+bool is_loopback(const sockaddr& address) {
+  if (address.sa_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(address);
+    return ntohl(v4.sin_addr.s_addr) >> 24 == IN_LOOPBACKNET;
+  }
+  if (address.sa_family != AF_INET6) return false;
+  const in6_addr& v6 = reinterpret_cast<const sockaddr_in6&>(address).sin6_addr;
+  return IN6_IS_ADDR_LOOPBACK(&v6) || (IN6_IS_ADDR_V4MAPPED(&v6) && v6.s6_addr[12] == IN_LOOPBACKNET);
+}
+
 }  // namespace
+
+bool stands_for_loopback(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_flags = AI_PASSIVE;
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(host.c_str(), "0", &hints, &found) != 0) return true;
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> all(found, ::freeaddrinfo);
+  for (const addrinfo* one = found; one; one = one->ai_next) {
+    if (is_loopback(*one->ai_addr)) return true;
+  }
+  return false;
+}
 
 HttpGuard::HttpGuard(const Settings& settings, Handlers handlers, const Tls* tls)
     : edge_{settings,
@@ -66,14 +90,8 @@ std::optional<int> HttpGuard::bind() {
 bool HttpGuard::bound_to_loopback() const {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
-  if (::getsockname(svr_sock_, reinterpret_cast<sockaddr*>(&address), &size) != 0) return false;
-  if (address.ss_family == AF_INET) {
-    const auto& v4 = reinterpret_cast<const sockaddr_in&>(address);
-    return ntohl(v4.sin_addr.s_addr) >> 24 == IN_LOOPBACKNET;
-  }
-  if (address.ss_family != AF_INET6) return false;
-  const in6_addr& v6 = reinterpret_cast<const sockaddr_in6&>(address).sin6_addr;
-  return IN6_IS_ADDR_LOOPBACK(&v6) || (IN6_IS_ADDR_V4MAPPED(&v6) && v6.s6_addr[12] == IN_LOOPBACKNET);
+  return ::getsockname(svr_sock_, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
+         is_loopback(reinterpret_cast<const sockaddr&>(address));
 }
 
 void HttpGuard::run() { loop_.run(Descriptor(svr_sock_)); }

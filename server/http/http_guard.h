@@ -16,6 +16,10 @@
 
 namespace meshgauge::server {
 
+// Returns whether a host's name has an address that only this machine can reach, or has no address. May block for the
+// name's resolution.
+bool stands_for_loopback(const std::string& host);
+
 class HttpGuard final : private httplib::Server {
  public:
   struct Handlers {

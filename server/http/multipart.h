@@ -1,5 +1,9 @@
 // A streaming parser of multipart/form-data (RFC 7578). It buffers only the head of a field and what may be the start
 // of a boundary.
+//
+// As RFC 2046 section 5.1.1 allows, it skips text before the first boundary (the preamble, up to kMaxPreambleBytes),
+// text after the last one (the epilogue), and blanks that end the line of a boundary. What it skips holds no part: a
+// boundary in it is refused, as are lines that end with LF alone.
 #pragma once
 
 #include <optional>
@@ -9,6 +13,8 @@
 #include "api/problem.h"
 
 namespace meshgauge::server {
+
+constexpr std::size_t kMaxPreambleBytes = std::size_t{8} << 10;
 
 // The headers of one field of the form ("part" in RFC 7578).
 struct FieldHead {
@@ -47,20 +53,27 @@ class MultipartParser {
   Refusal finish() const;  // after the last byte: a problem if the closing boundary is missing
 
  private:
-  enum class State { start, after_delimiter, field_head, field_data, epilogue };
+  enum class State { preamble, after_delimiter, padding, field_head, field_data, epilogue, after_epilogue };
 
   Refusal step(bool& stuck);
-  Refusal take_start(bool& stuck);
+  Refusal take_preamble(bool& stuck);
   Refusal take_after_delimiter(bool& stuck);
+  Refusal take_padding(bool& stuck);
   Refusal take_field_head(bool& stuck);
   Refusal take_field_data(bool& stuck);
+  Refusal take_epilogue(bool& stuck);
+  Refusal take_after_epilogue(bool& stuck);
+  std::string_view dash_boundary() const { return std::string_view(delimiter_).substr(2); }
+  Refusal after_the_end() const;
+  std::string in_message(std::string_view end) const;  // dash_boundary() and `end` in quotes
   void consume(std::size_t n) { rest_.remove_prefix(n); }
 
   MultipartSink& sink_;
   std::string delimiter_;  // CR LF -- boundary
-  State state_ = State::start;
-  std::string buffer_;
-  std::string_view rest_;  // the part of buffer_ that is not consumed yet
+  State state_ = State::preamble;
+  std::size_t preamble_ = 0;     // bytes of it that are consumed, with the first two of buffer_
+  std::string buffer_ = "\r\n";  // so that a boundary at the start of the body begins a line, as every other one
+  std::string_view rest_;        // the part of buffer_ that is not consumed yet
 };
 
 }  // namespace meshgauge::server

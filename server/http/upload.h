@@ -60,6 +60,7 @@ class Upload {
   // descriptor. Returns a problem if the file cannot be mapped.
   Refusal finish(bool with_file = true);
   std::span<const std::byte> bytes() const { return bytes_; }
+  std::string_view text() const { return {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}; }
   std::uint64_t size() const { return size_; }
   int file() const { return read_only_.get(); }  // read-only descriptor of the same bytes; -1: in memory only
 

@@ -103,6 +103,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
         "a worker needs a --database that it shares with front ends (MESHGAUGE_DATABASE); without one "
         "`meshgauge serve` does all by itself");
   }
+  if (auto ok = check_reach(settings); !ok) return ok.error();
   set_up_process(settings);
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();

@@ -160,6 +160,17 @@ class Openness(unittest.TestCase):
             self.addCleanup(server.stop)
             self.assertEqual(server.compare().status, 200)
 
+    def test_the_refusal_of_a_public_address_comes_before_all_else(self):
+        """Also where the port and the data directory are another service's: nothing is bound, opened or waited for."""
+        other = Server()
+        self.addCleanup(other.stop)
+        for host in ("0.0.0.0", "::"):
+            done = subprocess.run([BINARY, "serve", "--host", host, "--port", str(other.port)], capture_output=True, text=True, timeout=60,
+                                  env={**ENVIRONMENT, "MESHGAUGE_DATA_DIR": os.path.join(other.data_dir.name, "data")})
+            self.assertEqual(done.returncode, 3)
+            self.assertIn(f"other machines can reach {host}: give --keys-file, or --public-without-keys", done.stderr)
+            self.assertNotIn("cannot listen", done.stderr)
+
     def test_with_keys_it_may_be_public(self):
         with tempfile.NamedTemporaryFile("w") as file:
             file.write('{"keys": []}')

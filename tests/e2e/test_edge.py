@@ -11,7 +11,7 @@ import select
 import socket
 import unittest
 
-from harness import RAISED, ROOT, SQUARE, ServerCase, comparison, post_head, read_answer
+from harness import RAISED, ROOT, SQUARE, ServerCase, comparison, multipart, post_head, read_answer
 
 SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
 MOST_KB = 64 << 10  # that an attack may cost while it lasts; what it sends is several times that
@@ -204,6 +204,70 @@ class Bodies(EdgeCase):
         answer, sent = self.flood(start, b"ffff\r\n" + b"x" * 65535 + b"\r\n")
         self.refused(answer, 400, "malformed-request")
         self.assertLess(sent, 100_000_000)
+
+    def test_what_common_clients_put_around_the_parts(self):
+        plain = comparison()
+        body = plain[:plain.rindex(b"--XXboundaryXX--")]
+        padded = plain.replace(b"--XXboundaryXX\r\n", b"--XXboundaryXX \t\r\n")
+        wanted = self.distance_of(plain)
+        for sent in (b"\r\n" + plain,  # UnityWebRequest, hand-written C# and JavaScript
+                     b"\r\n\r\n" + plain, b"This is a multi-part message.\r\n" + plain, b"x" * 8190 + b"\r\n" + plain, padded,
+                     plain + b"\r\n\r\n", plain + b"The end.\r\n" * 10_000, body + b"--XXboundaryXX--", body + b"--XXboundaryXX-- \t\r\n",
+                     plain + b"--XXboundaryXX--\r\n"):
+            self.assertEqual(self.distance_of(sent), wanted, sent[:100])
+        with self.server.connect() as connection:  # byte by byte
+            connection.sendall(post_head(len(plain) + 2))
+            for byte in b"\r\n" + plain:
+                connection.sendall(bytes([byte]))
+            self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
+
+    def distance_of(self, body):
+        answer = self.server.raw(post_head(len(body)) + body)
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()["distance"]
+
+    def test_parts_are_not_lost_around_the_form(self):
+        """Options before an odd first boundary, or after the closing one, would be a gate that is passed over."""
+        options, meshes = multipart([("options", b'{"gate": {"max_distance": 1}}')]), multipart([("a", SQUARE), ("b", RAISED)])
+        first = options[:options.rindex(b"--XXboundaryXX--")] + meshes
+        for sent, saying in ((b"\n" + first, "a boundary begins a line"), (b"\xef\xbb\xbf" + first, "after byte 3 of the body"),
+                             (b"x" * 9000 + b"\r\n" + first, "the body's first 8192 bytes"), (meshes + options, "after the closing one"),
+                             (first.replace(b"\r\n", b"\n"), "must end with CR LF"), (b"", "no line of the body is '--XXboundaryXX'")):
+            problem = self.refused(self.server.raw(post_head(len(sent)) + sent), 400, "malformed-request")
+            self.assertIn(saying, problem["detail"])
+
+    def test_a_preamble_or_blanks_without_end(self):
+        for start, piece, status, slug in ((b"", b"x" * 65536, 400, "malformed-request"), (b"--XXboundaryXX", b" " * 65536, 413, "too-large"),
+                                           (comparison(), b"\r\n--XXboundaryX" * 5000, 413, "too-large")):
+            opening = self.chunked() + (b"%x\r\n" % len(start) + start + b"\r\n" if start else b"")
+            answer, sent = self.flood(opening, b"%x\r\n" % len(piece) + piece + b"\r\n")
+            self.refused(answer, status, slug)
+            self.assertLess(sent, 100_000_000)
+
+    def test_what_a_client_most_likely_meant(self):
+        def said(data, status, slug):
+            return self.refused(self.server.raw(data), status, slug)["detail"]
+
+        def form(*parts):
+            body = multipart(parts)
+            return post_head(len(body)) + body
+
+        head = post_head(2) + b"{}"
+        both = ("multipart/form-data for files (curl -F a=@part.stl -F b=@baseline.stl)", "application/json for stored meshes")
+        for kind in (b"application/x-www-form-urlencoded", b"text/plain", b""):  # curl -d '{}'
+            detail = said(head.replace(b"multipart/form-data; boundary=XXboundaryXX", kind), 415, "unsupported-media-type")
+            for wanted in both:
+                self.assertIn(wanted, detail)
+        detail = said(head.replace(b"multipart/form-data; boundary=XXboundaryXX", b"application/json"), 422, "invalid-request")
+        self.assertIn("a JSON body names stored meshes: files are sent as multipart/form-data", detail)
+        detail = said(head.replace(b"; boundary=XXboundaryXX", b""), 400, "malformed-request")
+        self.assertIn("lacks its parameter 'boundary': do not set Content-Type by hand", detail)
+        detail = said(form(("file1", SQUARE), ("file2", RAISED)), 400, "malformed-request")
+        self.assertIn("unknown part 'file1'; the form holds 'file1', 'file2'; known: a and b, the meshes, options", detail)
+        body = comparison(a=b"part.stl").replace(b'; filename="a.obj"', b"")
+        problem = self.refused(self.server.raw(post_head(len(body)) + body), 400, "malformed-request")
+        self.assertEqual(problem["detail"], "field 'a' holds the text 'part.stl', not a file: write -F a=@part.stl")
+        self.assertEqual(problem["errors"][0]["part"], "a")
 
     def test_boundaries(self):
         for boundary in (b"", b"x" * 71, b'"x', b"a\xffb", b"a b;c"):

@@ -67,7 +67,9 @@ def steady(text):
 
 def run(folder, arguments, **more):
     """Exit code, standard output and standard error."""
-    done = subprocess.run([BINARY, *arguments], cwd=folder, env={**PLAIN, "MESHGAUGE_DATA_DIR": "data"}, text=True, capture_output=True, check=False,
+    # A service that is not refused takes a free port, not one of another service.
+    kept = {**PLAIN, "MESHGAUGE_DATA_DIR": "data", "MESHGAUGE_PORT": "0"}
+    done = subprocess.run([BINARY, *arguments], cwd=folder, env=kept, text=True, capture_output=True, check=False,
                           timeout=60, stdin=subprocess.DEVNULL if "input" not in more else None, **more)
     return done.returncode, done.stdout, steady(done.stderr)
 

@@ -133,7 +133,7 @@ def service_flags():
         ("a certificate without its key", ["--tls-certificate", "gone.pem"]),
         ("a certificate that does not exist", ["--tls-certificate", "gone.pem", "--tls-key", "gone.pem"]),
         ("a public address without keys", ["--host", "0.0.0.0"]),
-        ("an address of another machine", ["--host", "192.0.2.1", "--public-without-keys"]),
+        ("an address of another machine", ["--host", "192.0.2.1", "--port", "0", "--public-without-keys"]),
         ("no thread for requests", ["--io-threads", "0"]),
         ("too many workers", ["--workers", "100000"]),
         ("a largest timeout that is too large", ["--max-timeout-ms", "999999"]),

@@ -65,7 +65,11 @@ def head_rows(server):
         ("an unknown transfer coding", post_head(0).replace(b"Content-Length: 0", b"Transfer-Encoding: gzip, chunked")),
         ("a compressed body", post_head(5, "Content-Encoding: gzip\r\n")),
         ("another type of body", post_head(5).replace(b"multipart/form-data", b"text/plain")),
+        ("`curl -d '{}'`", post_head(2).replace(b"multipart/form-data; boundary=XXboundaryXX", b"application/x-www-form-urlencoded") + b"{}"),
+        ("no type of body", post_head(5).replace(b"Content-Type: multipart/form-data; boundary=XXboundaryXX\r\n", b"")),
         ("no boundary", post_head(5).replace(b"; boundary=XXboundaryXX", b"")),
+        ("a boundary with blanks, without quotes", post_head(5).replace(b"XXboundaryXX", b"XX boundary")),
+        ("a boundary that is too long", post_head(5).replace(b"XXboundaryXX", b"X" * 71)),
         ("a body larger than the limit", post_head(90001)),
         ("a body that does not arrive in time", post_head(100) + b"--XXboundaryXX\r\n"),
         ("a chunk without a size", post_head(0).replace(b"Content-Length: 0", b"Transfer-Encoding: chunked") + b"x\r\n"),
@@ -91,14 +95,24 @@ def form_rows(server):
     mesh = ("a", SQUARE), ("b", RAISED), ("options", b"{}")
     unnamed = comparison().replace(b'; name="a"', b"")
     long_head = comparison().replace(b'filename="a.obj"', b'filename="' + b"x" * 9000 + b'"')
-    cut = comparison()[:120]
+    bodies = [
+        ("a body that ends within a part", comparison()[:120]),
+        ("a body without the boundary", b"{}"),
+        ("more than 8 KiB before the first boundary", b"x" * 9000 + b"\r\n" + comparison()),
+        ("a byte order mark before the first boundary", b"\xef\xbb\xbf" + comparison()),
+        ("a part after the closing boundary", multipart([("a", SQUARE)]) + multipart([("b", RAISED)])),
+        ("lines that end with LF alone", comparison().replace(b"\r\n", b"\n")),
+    ]
+    text = comparison().replace(b'; filename="a.obj"', b"").replace(SQUARE, b"part.obj")
     return [
         ("no part `b`", form(server, mesh[0])),
         ("a part twice", form(server, *mesh, mesh[0])),
         ("an unknown part", form(server, *mesh, ("c", b""))),
+        ("parts of other names", form(server, ("file1", SQUARE), ("file2", RAISED))),
+        ("`curl -F a=part.obj`, without `@`", server.raw(post_head(len(text)) + text)),
         ("a part without a name", server.raw(post_head(len(unnamed)) + unnamed)),
         ("a part whose head is too long", server.raw(post_head(len(long_head)) + long_head)),
-        ("a body that ends within a part", server.raw(post_head(len(cut)) + cut)),
+        *((what, server.raw(post_head(len(body)) + body)) for what, body in bodies),
         ("a part larger than the limit", form(server, ("a", bytes(20001)), mesh[1])),
         ("more triangles than the limit", form(server, ("a", SQUARE + b"f 1 2 3\n" * 1000), mesh[1])),
         ("more vertices than the limit", form(server, ("a", b"v 0 0 0\n" * 1001 + SQUARE), mesh[1])),
@@ -143,6 +157,7 @@ def job_rows(server):
     rows = [
         ("a pair of meshes that are not stored", post(stored)),
         ("a pair without `b`", post({"a": stored["a"]})),
+        ("files named in a JSON body", post({"a": "part.stl", "b": "baseline.stl"})),
         ("a pair with an unknown member", post({**stored, "c": 1})),
         ("a pair with an id that is none", post({**stored, "a": "part"})),
         ("a document that is not JSON", post(b"{")),

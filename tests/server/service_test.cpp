@@ -241,8 +241,8 @@ TEST_CASE("service: parts are a, b and options, each once") {
     CHECK(response->status == 400);
     return json::parse(response->body)["detail"].get<std::string>();
   };
-  CHECK(detail({{"a", "x", "", ""}}) == "the part 'b' is missing");
-  CHECK(detail({{"b", "x", "", ""}}) == "the part 'a' is missing");
+  CHECK(detail({{"a", "x", "", ""}}) == "the part 'b' is missing; the form holds 'a'");
+  CHECK(detail({{"b", "x", "", ""}}) == "the part 'a' is missing; the form holds 'b'");
   CHECK(detail({{"a", "x", "", ""}, {"a", "x", "", ""}}) == "the part 'a' was sent twice");
   CHECK(detail({{"a", "x", "", ""}, {"c", "x", "", ""}}).starts_with("unknown part 'c'"));
   CHECK(detail({{"options", "{}", "", ""}, {"options", "{}", "", ""}}) == "the part 'options' was sent twice");

@@ -128,6 +128,13 @@ void write_bodies(Seeds& seeds) {
   seeds.write("multipart", "files", type + files + "--XX--\r\n");
   seeds.write("multipart", "open", type + whole + "--XX\r\n");
   seeds.write("multipart", "quoted", "Multipart/Form-Data; charset=utf-8; boundary=\"a b\"\n--a b--\r\nepilogue");
+  seeds.write("multipart", "preamble", type + "\r\nThis is a form.\r\n\r\n" + whole + "--XX--\r\n");
+  seeds.write("multipart", "padding", type + "\r\n--XX \t\r\n" + whole.substr(6) + "--XX-- \r\nepilogue\r\n--XX--\r\n");
+  seeds.write("multipart", "mark", type + "\xEF\xBB\xBF" + whole + "--XX--\r\n");
+  seeds.write("multipart", "after_the_end", type + whole + "--XX--\r\n" + whole + "--XX--\r\n");
+  seeds.write("multipart", "name_for_file",
+              type + part("name=a", "part.stl") + part("name=b", "@my part.obj") + "--XX--\r\n");
+  seeds.write("multipart", "other_names", type + part("name=file1", "v 0 0 0\n") + whole + "--XX--\r\n");
   seeds.write("multipart", "large", type + part(R"(name="a")", std::string(1200, 'x')) + "--XX--");
   seeds.write("body", "chunked", "c5\r\nhello\r\n1;ext=\"x\"\r\n \r\n005\r\nworld\r\n0\r\nTrailer: x\r\n\r\nNEXT");
   seeds.write("body", "sized", "\x05helloNEXT");

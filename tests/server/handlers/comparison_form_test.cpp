@@ -123,7 +123,7 @@ TEST_CASE("form: limits of the files") {
   CHECK(contains(refusal({a, b, {"b.files", "./_rels/.RELS", ""}}), "is the name of a part that every 3MF has"));
   CHECK(contains(refusal({{"a", "a.obj", "v 0 0 0"}, {"a.files", "x.bin", "abc"}, b}),
                  "the part 'a' is not a .gltf document"));
-  CHECK(refusal({{"a.files", "x.bin", "abc"}, b}) == "the part 'a' is missing");
+  CHECK(refusal({{"a.files", "x.bin", "abc"}, b}) == "the part 'a' is missing; the form holds 'a.files', 'b'");
   CHECK(refusal({a, {"a.files", "x.bin", std::string(2'000, 'x')}, b}) ==
         "the part 'a.files' and the files beside it are together larger than the limit of 2000 bytes");
   CHECK(refusal({a, {"a.files", "x.bin", std::string(1'800, 'x')}, b}) ==
@@ -132,6 +132,52 @@ TEST_CASE("form: limits of the files") {
   std::vector<Sent> many{a, b};
   for (std::size_t i = 0; i <= api::kMostBundleFiles; ++i) many.push_back({"a.files", "x" + std::to_string(i), ""});
   CHECK(refusal(many) == "too many parts 'a.files' (limit 64)");
-  CHECK(contains(refusal({a, b, {"c.files", "x", ""}}),
-                 "unknown part 'c.files'; known: a, a.files, b, b.files, options"));
+}
+
+TEST_CASE("form: a part of another name is refused with the names of all parts") {
+  const Sent a{"a", "a.gltf", kScene}, b{"b", "b.gltf", kScene};
+  const std::string known = "; known: a and b, the meshes, options, and a.files and b.files, what a .gltf names";
+  CHECK(refusal({a, b, {"c.files", "x", ""}}) == "unknown part 'c.files'; the form holds 'a', 'b', 'c.files'" + known);
+  CHECK(refusal({{"file1", "a.stl", "x"}, {"file2", "b.stl", "y"}}) ==
+        "unknown part 'file1'; the form holds 'file1', 'file2'" + known);
+  CHECK(refusal({{"A", "a.stl", "x"}, a, a}) == "unknown part 'A'; the form holds 'A', 'a', 'a'" + known);
+  std::vector<Sent> many(20, Sent{"mesh[]", "m", std::string(100, 'x')});
+  CHECK(refusal(many, 1) == "unknown part 'mesh[]'; the form holds " + [] {
+    std::string names = "'mesh[]'";
+    for (int i = 0; i < 7; ++i) names += ", 'mesh[]'";
+    return names;
+  }() + " and 12 more" + known);
+  CHECK(refusal({}) == "the part 'a' is missing; the form holds no part");
+}
+
+TEST_CASE("form: what follows an unknown part is discarded, up to 16 MiB") {
+  const Settings settings = small();
+  ByteBudget budget(1);
+  Form form;
+  FormReceiver receiver(form, settings, budget);
+  CHECK(!receiver.begin({"mesh", "m.stl", ""}));
+  const std::string piece(1 << 20, 'x');
+  for (int i = 0; i < 16; ++i) CHECK(!receiver.data(piece));
+  CHECK(receiver.data("x")->detail.starts_with("unknown part 'mesh'; the form holds 'mesh'; known"));
+  CHECK(budget.used() == 0);
+}
+
+TEST_CASE("form: the name of a file in place of the file") {
+  const Sent b{"b", "b.gltf", kScene};
+  const auto said = [&](const std::string& text) { return refusal({{"a", "", text}, b}); };
+  CHECK(said("part.stl") == "field 'a' holds the text 'part.stl', not a file: write -F a=@part.stl");
+  CHECK(said("my part.STL\r\n") == "field 'a' holds the text 'my part.STL', not a file: write -F \"a=@my part.STL\"");
+  CHECK(said("@part.obj.gz") == "field 'a' holds the text '@part.obj.gz', not a file: write -F a=@part.obj.gz");
+  CHECK(said("C:\\parts\\part.step") ==
+        "field 'a' holds the text 'C:\\parts\\part.step', not a file: write -F a=@C:\\parts\\part.step");
+  for (const char* name : {"/tmp/part", "./part", "../part", "~/part", "build/part.3mf", "bracket.step"})
+    CHECK(contains(said(name), "not a file: write -F a=@"));
+  CHECK(refusal({{"a", "a.gltf", kScene}, {"b", "", "part.stl"}}).starts_with("field 'b' holds the text 'part.stl'"));
+  CHECK(refusal({{"options", "", "options.json"}}) ==
+        "field 'options' holds the text 'options.json', not a file: write -F options=@options.json");
+  // What may be a mesh, or is the content of a file.
+  for (const char* text : {"", "x", "1.5", "0 0 1.5", "1 2 3.e5", "v 0 0 0\nf part.stl", "part", "a\nb.stl"})
+    CHECK(said(text).empty());
+  CHECK(said(kScene).empty());
+  CHECK(refusal({{"a", "a.stl", "part.stl"}, b}).empty());
 }

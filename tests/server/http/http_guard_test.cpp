@@ -143,6 +143,14 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 }  // namespace
 
+TEST_CASE("guard: which hosts stand for this machine alone") {
+  for (const char* host : {"127.0.0.1", "127.8.0.1", "::1", "::ffff:127.0.0.1", "localhost"})
+    CHECK_MESSAGE(stands_for_loopback(host), host);
+  for (const char* host : {"0.0.0.0", "::", "192.0.2.1", "2001:db8::1", "::ffff:192.0.2.1"})
+    CHECK_MESSAGE(!stands_for_loopback(host), host);
+  CHECK(stands_for_loopback("no such host"));  // which cannot be bound either
+}
+
 TEST_CASE("guard: a problem releases the stream or file that was started before it") {
   const auto holder = std::make_shared<int>(0);
   std::atomic<long> held{-1};
