@@ -98,7 +98,9 @@ bool may_be_surface(const PlyElement& element) {
 
 bool may_hold_corners(const PlyProperty& property) {
   constexpr std::string_view kAttributes[] = {"tex", "uv", "normal", "color", "colour", "material"};
-  return property.is_list && is_integer(property.type) && !has_one_of(lower_case(property.name), kAttributes);
+  std::string name = lower_case(property.name.substr(0, 64));                           // names have any length
+  while (name.find("vertex") != std::string::npos) name.erase(name.find("vertex"), 6);  // has "tex"
+  return property.is_list && is_integer(property.type) && !has_one_of(name, kAttributes);
 }
 
 Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {

@@ -128,6 +128,8 @@ def ply_files():
         ("triangles in properties of their own", text("face 1\nproperty list uchar int vertex_indices",
                                                       "triangle 1\nproperty int a\nproperty int b\nproperty int c",
                                                       PLY.replace("3 0 1 2", "0 1 2"))),
+        ("edges alone", text("face 1\nproperty list uchar int vertex_indices", "edge 1\nproperty int vertex1\nproperty int vertex2",
+                             PLY.replace("3 0 1 2", "0 1"))),
         ("no 'ply' as line 1", ply("ply\n", "# a scan\n")),
         ("an element twice", ply("element face", "element vertex")),
         ("a property before any element", ply("format ascii 1.0\n", "format ascii 1.0\nproperty float x\n")),
