@@ -71,6 +71,13 @@ std::uint64_t line_of(XML_Parser parser) { return XML_GetCurrentLineNumber64(par
 std::int64_t byte_of(XML_Parser parser) { return XML_GetCurrentByteIndex64(parser); }
 #endif
 
+// Returns false for an attribute that may declare a namespace or have a prefix. Names are short, and most have neither.
+bool is_plain(const char* name) {
+  if (name[0] == 'x' && name[1] == 'm') return false;
+  while (*name != '\0' && *name != ':') ++name;
+  return *name == '\0';
+}
+
 class XmlReader {
  public:
   XmlReader(const Source& source, const std::string& name, XmlHandler& handler);
@@ -180,6 +187,7 @@ std::optional<XmlDefect> XmlReader::start(const char* name, const char** attribu
 std::optional<XmlDefect> XmlReader::declare_namespaces(const char** attributes) {
   prefixed_.clear();
   for (const char** pair = attributes; *pair != nullptr; pair += 2) {
+    if (is_plain(pair[0])) continue;
     const std::string_view written = pair[0];
     if (const auto prefix = XmlNamespaces::declared_by(written)) {
       if (auto defect = namespaces_.declare(*prefix, pair[1], depth_)) return defect;

@@ -145,16 +145,17 @@ TEST_CASE("hostile: a changed byte does not change counts, where the format can 
 }
 
 TEST_CASE("hostile: the model of a 3MF, cut or changed inside its archive, is read or refused") {
-  const std::string whole = small_model();
-  for (std::size_t at = 0; at < whole.size(); ++at) {
-    CAPTURE(at);
-    const auto cut = read_damaged(package(whole.substr(0, at)), "m.3mf");
-    check_sound(cut);
-    CHECK(cut.ok() == (at >= whole.rfind('>') + 1));
-    for (unsigned bit = 0; bit < 8; ++bit) {
-      std::string content = whole;
-      content[at] = static_cast<char>(static_cast<unsigned char>(content[at]) ^ (1U << bit));
-      check_sound(package(content), "m.3mf");
+  for (const std::string& whole : {small_model(), small_foreign_model()}) {
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      CAPTURE(at);
+      const auto cut = read_damaged(package(whole.substr(0, at)), "m.3mf");
+      check_sound(cut);
+      CHECK(cut.ok() == (at >= whole.rfind('>') + 1));
+      for (unsigned bit = 0; bit < 8; ++bit) {
+        std::string content = whole;
+        content[at] = static_cast<char>(static_cast<unsigned char>(content[at]) ^ (1U << bit));
+        check_sound(package(content), "m.3mf");
+      }
     }
   }
 }
