@@ -51,12 +51,12 @@ std::uint64_t most_bytes() {
   return most;
 }
 
-Error unusable(const std::string& path, const std::string& why) {
+Error bad_mesh_file(const std::string& path, const std::string& why) {
   return refused("'" + name_of_mesh(path) + "' " + why);
 }
 
 Error not_read(const std::string& path) {
-  return unusable(path, std::string("cannot be read: ") + std::strerror(errno));
+  return bad_mesh_file(path, std::string("cannot be read: ") + std::strerror(errno));
 }
 
 // Opens the pipe, which blocks until it has a writer. No descriptor, with errno: it cannot be opened.
@@ -104,7 +104,7 @@ Result<Done> check_pipes(const std::string& a, const std::string& b) {
                    " can be one mesh only: name a file or another pipe for the other");
   }
   if (name_of_mesh(a) == name_of_mesh(b))  // the name of a file may be "standard input"
-    return unusable(a, "is a file and a pipe at once: write './' before the file's name");
+    return bad_mesh_file(a, "is a file and a pipe at once: write './' before the file's name");
   for (const std::string& path : {a, b}) {
     if (path == kStandardInput && ::isatty(STDIN_FILENO) != 0)
       return refused(

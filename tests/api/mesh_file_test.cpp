@@ -1,5 +1,6 @@
 #include "api/mesh_file.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include "api/formats/format.h"
 #include "folder.h"
@@ -128,4 +130,29 @@ TEST_CASE("mesh file: bounds of what a .gltf may name") {
   folder.write("in/large.bin", "");
   fs::resize_file(folder / "in/large.bin", std::uintmax_t{5} << 30U);  // of no blocks
   CHECK(contains(told_with(folder, "large.bin"), "large.bin' is larger than the"));
+}
+
+TEST_CASE("mesh file: what a pipe sent, under its name") {
+  const test::Folder folder;
+  const test::Inside inside(folder.path());
+  folder.write("x.bin", corners());
+  const auto opened = [&](const std::string& sent) {
+    Pipes pipes;
+    MemoryFile file;
+    const Descriptor stream(::open(folder.write("sent", sent).c_str(), O_RDONLY | O_CLOEXEC));
+    REQUIRE(MemoryFile::read_all(stream.get(), sent.size(), file) == MemoryFile::End::whole);
+    pipes.emplace("standard input", std::move(file));
+    const auto mesh = MeshFile::open("standard input", &pipes);
+    if (!mesh) return mesh.error().message;
+    CHECK(mesh->media_type() == "application/octet-stream");
+    CHECK(mesh->more_suffix().empty());
+    CHECK(contains(MeshFile::open("none", &pipes).error().message, "'none' cannot be read"));
+    return std::string(reinterpret_cast<const char*>(mesh->bytes().data()), mesh->bytes().size());
+  };
+  CHECK(opened(test::small_mesh()) == test::small_mesh());
+  CHECK(opened(scene("data:,")) == scene("data:,"));
+  CHECK(
+      opened(scene("x.bin")) ==
+      "'standard input' is a glTF of several files: it came through a pipe, which has no folder for 'x.bin'; name the "
+      ".gltf itself, or send a .glb or a .zip with all files");
 }
