@@ -27,8 +27,8 @@ constexpr Statement kShapes[] = {
     {"g", ObjRole::unknown},
     {"o", ObjRole::unknown},
     {"vp", ObjRole::attribute},
+    {"curv2", ObjRole::line},  // before "curv", with which it begins
     {"curv", ObjRole::line},
-    {"curv2", ObjRole::line},
     {"cdc", ObjRole::line},
     {"surf", ObjRole::surface, "free-form surfaces (surf)"},
     {"bzp", ObjRole::surface, "Bezier patches (bzp)"},

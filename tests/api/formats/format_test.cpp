@@ -61,7 +61,7 @@ TEST_CASE("format: files that are not meshes are refused with their kind") {
   CHECK(contains(refusal(with_nuls("##0\x01\x02 #0\x01##"), "m.obj"), "binary data"));
   CHECK(contains(refusal("hello", "m.txt"), "has an unknown format"));
   CHECK(contains(refusal("hello", ""), "has an unknown format"));
-  CHECK(code("hello world", "m.obj") == ErrorCode::empty_mesh);
+  CHECK(code("hello world", "m.obj") == ErrorCode::unsupported_format);
   CHECK(code("hello", "") == ErrorCode::unsupported_format);
 }
 
