@@ -66,7 +66,7 @@ std::size_t length_without_padding(std::string_view bytes) {
     if (!padding && !is_space(c)) break;
     if (padding) length = i - 1;
   }
-  return length;
+  return bytes.size() - length <= kMostPadding ? length : bytes.size();
 }
 
 Result<ReadMesh> read_without_padding(const Source& source,

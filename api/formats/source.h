@@ -39,8 +39,11 @@ std::string in_quotes(std::string_view text);
 Error too_many(const Source& source, std::string_view things, std::size_t limit);
 std::size_t vertex_limit(const Source& source);
 
+// The longest block that programs fill up. More of it is a file whose end was never written.
+inline constexpr std::size_t kMostPadding = 4096;
+
 // Returns the length of text without the NUL and 0x1A bytes at its end, with which old programs fill it up; spaces and
-// line ends among them count as theirs. Without such bytes it is the whole length.
+// line ends among them count as theirs. Without such bytes, or with more than kMostPadding, it is the whole length.
 std::size_t length_without_padding(std::string_view bytes);
 
 // Calls a reader of text on the bytes without padding, and adds a remark if there is any.

@@ -19,6 +19,8 @@ TEST_CASE("source: the length of text without NUL and 0x1A bytes at its end") {
   CHECK(length_without_padding("v 1\x1A") == 3);
   CHECK(length_without_padding("\0\0\x1A"s) == 0);
   CHECK(length_without_padding("v\0 1\n"s) == 5);
+  CHECK(length_without_padding("v 1\n" + std::string(kMostPadding, '\0')) == 4);
+  CHECK(length_without_padding("v 1\n" + std::string(kMostPadding + 1, '\0')) == 4 + kMostPadding + 1);
 }
 
 TEST_CASE("source: a reader sees the bytes without padding, and a remark says that there was some") {
