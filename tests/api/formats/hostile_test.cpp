@@ -141,7 +141,7 @@ TEST_CASE("hostile: a changed byte does not change counts without a word, where 
         const auto result = read_damaged(content, file.name);
         check_sound(result);
         if (!result || (result->notes.cloud && format_of(file) != "xyz")) continue;  // its faces became another element
-        if (result->notes.remarks != remarks) continue;  // the loss is said
+        if (result->notes.remarks != remarks) continue;                              // the loss is said
         CHECK(near(result->mesh.positions.size(), file.vertices));
         CHECK(near(result->mesh.triangles.size(), file.triangles));
       }
