@@ -67,7 +67,7 @@ constexpr GltfExtension kKnown[] = {
     {"NEEDLE_gameobject_data", same},
 };
 
-// They change materials, textures, lights, sounds or metadata.
+// Families that change materials, textures, lights, sounds or metadata.
 constexpr std::string_view kHarmlessFamilies[] = {
     "KHR_materials_", "EXT_materials_",  "ADOBE_materials_", "NV_materials_", "KHR_texture_",
     "EXT_texture_",   "GOOGLE_texture_", "MPEG_texture_",    "KHR_lights_",   "EXT_lights_",
