@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -140,7 +141,7 @@ TEST_CASE("stl: attribute data after facets is refused, colours in its count are
       "without attributes");
   CHECK(code(with_data(12, 4, 4), "m.stl") == ErrorCode::unsupported_format);
   for (const int facets : {1, 2, 24, 25, 50}) {
-    for (const std::uint16_t bytes : {1, 2, 4, 50, 300}) {
+    for (const std::uint16_t bytes : std::to_array<std::uint16_t>({1, 2, 4, 50, 300})) {
       for (const char* tail : {"", "\n"}) {
         const std::string file = with_data(facets, bytes, bytes) + tail;
         INFO(facets << " facets of " << bytes << " bytes: " << refusal(file, "m.stl"));
@@ -150,7 +151,7 @@ TEST_CASE("stl: attribute data after facets is refused, colours in its count are
   }
   const std::string last = binary_stl(facet(kCorners, 0, 0) + facet(kCorners, 0, 7) + "payload", 2);
   CHECK(contains(refusal(last, "m.stl"), "byte 184 of 'a': attribute data after facets"));
-  for (const std::uint16_t colour : {1, 4, 50, 0x7C1F, 0xFFFF}) {
+  for (const std::uint16_t colour : std::to_array<std::uint16_t>({1, 4, 50, 0x7C1F, 0xFFFF})) {
     const auto result = read(with_data(12, colour, 0), "m.stl");
     REQUIRE(result.ok());
     CHECK(result->mesh.triangles.size() == 12);
