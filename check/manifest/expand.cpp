@@ -233,7 +233,7 @@ class Expansion {
     const bool missing = !fs::exists(fs::symlink_status(gate.baseline, none));
     if (!wrong || (missing && lookup_.baselines == Baselines::may_be_missing)) return;
     std::string advice = missing ? hint(gate.baseline, entry.baseline.text) : "";
-    if (missing && advice.find("; there is ") == std::string::npos)
+    if (missing && advice.find("there is ") == std::string::npos)
       advice += "; when the candidate is right, make it one by --update-baselines";
     mistakes_.add(entry.baseline.place, subject + *wrong + advice);
   }
