@@ -57,8 +57,8 @@ class Expansion {
   // Call when all gates are known: a file that one glob passes over may be that of another gate.
   void check_passed_over() {
     const Utf8Locale utf8;
-    for (const Gate& gate : gates) taken_.emplace(folded(gate.candidate.string()), gate.candidate);
-    for (const Gate& gate : gates) taken_.emplace(folded(gate.baseline.string()), gate.baseline);
+    for (const Gate& gate : gates) taken_.emplace(spelling_key(gate.candidate.string()), gate.candidate);
+    for (const Gate& gate : gates) taken_.emplace(spelling_key(gate.baseline.string()), gate.baseline);
     for (const Found& found : found_) {
       if (is_glob(found.entry->candidate.text)) check_passed_over(found);
     }
@@ -72,7 +72,7 @@ class Expansion {
     for (const Gate& gate : gates) {
       const fs::path place = place_of(gate.baseline);
       matched_.insert(place);
-      expected_.emplace(folded(place.string()), gate.baseline);
+      expected_.emplace(spelling_key(place.string()), gate.baseline);
     }
     for (const Found& found : found_) {
       const Entry& entry = *found.entry;
@@ -101,7 +101,7 @@ class Expansion {
   // Whether the file is that of a gate, by this path or by another in other case.
   bool is_taken(const std::string& path) const {
     const fs::path file = as_written(folder_, path);
-    const auto [from, to] = taken_.equal_range(folded(file.string()));
+    const auto [from, to] = taken_.equal_range(spelling_key(file.string()));
     return std::any_of(from, to, [&](const auto& one) { return one.second == file || is_same_file(one.second, file); });
   }
 
@@ -139,7 +139,7 @@ class Expansion {
     const fs::path baseline = as_written(folder_, path);
     const fs::path place = place_of(baseline);
     if (!matched_.insert(place).second) return;
-    const auto near = expected_.find(folded(place.string()));
+    const auto near = expected_.find(spelling_key(place.string()));
     const std::string like = near == expected_.end() ? ""
                                                      : ", which differs only by case or blanks from " +
                                                            shown_path(near->second) + ", the baseline of a gate,";
@@ -233,7 +233,7 @@ class Expansion {
     const bool missing = !fs::exists(fs::symlink_status(gate.baseline, none));
     if (!wrong || (missing && lookup_.baselines == Baselines::may_be_missing)) return;
     std::string advice = missing ? hint(gate.baseline, entry.baseline.text) : "";
-    if (missing && advice.find("; there is ") == std::string::npos)
+    if (missing && advice.find("there is ") == std::string::npos)
       advice += "; when the candidate is right, make it one by --update-baselines";
     mistakes_.add(entry.baseline.place, subject + *wrong + advice);
   }
@@ -261,8 +261,8 @@ class Expansion {
   std::vector<Found> found_;                    // entries whose candidates exist
   std::set<fs::path> matched_;                  // places of the gates' baselines
   std::map<fs::path, fs::path> folders_;        // folders of baselines, without links
-  std::map<std::string, fs::path> expected_;    // as folded() -> baseline of a gate
-  std::multimap<std::string, fs::path> taken_;  // as folded() -> file of a gate
+  std::map<std::string, fs::path> expected_;    // as spelling_key() -> baseline of a gate
+  std::multimap<std::string, fs::path> taken_;  // as spelling_key() -> file of a gate
   Spellings spellings_;
 };
 

@@ -141,7 +141,7 @@ bool matches_all(const std::string& pattern, std::span<const std::vector<std::st
 
 }  // namespace
 
-std::string folded(std::string_view name) {
+std::string spelling_key(std::string_view name) {
   std::string out = lower(without_blanks(name));
   std::ranges::replace(out, '\\', '/');
   return out;
@@ -203,12 +203,12 @@ const std::string* Spellings::find(const fs::path& folder, const std::string& na
     for (fs::directory_iterator it(place, failed), end; !failed && it != end; it.increment(failed)) {
       if (++looked_at_ > kMaxGlobEntries) break;
       std::string is = it->path().filename().string();
-      std::string key = folded(is);
+      std::string key = spelling_key(is);
       const auto [other, is_first] = known->second.try_emplace(std::move(key), is);
       if (!is_first && is < other->second) other->second = std::move(is);  // the same in each run
     }
   }
-  const auto found = known->second.find(folded(name));
+  const auto found = known->second.find(spelling_key(name));
   return found == known->second.end() ? nullptr : &found->second;
 }
 

@@ -23,7 +23,7 @@ enum Difference : unsigned {
 // Preconditions of all functions: a Utf8Locale lives.
 
 // Returns the name in lower case and without blanks at its ends, each '\' as '/'.
-std::string folded(std::string_view name);
+std::string spelling_key(std::string_view name);
 
 // Returns the differences because of which the component of a pattern does not match the name: 0 if it does, nullopt
 // if it would not without them either.
@@ -43,7 +43,7 @@ class Spellings {
   std::optional<std::filesystem::path> other(const std::filesystem::path& path);
 
  private:
-  using Names = std::unordered_map<std::string, std::string>;  // as folded() -> as it is
+  using Names = std::unordered_map<std::string, std::string>;  // as spelling_key() -> as it is
 
   const std::string* find(const std::filesystem::path& folder, const std::string& name);
 

@@ -71,7 +71,7 @@ TEST_CASE("first manifest: other meshes get baselines that are to be made") {
 
 TEST_CASE("first manifest: names stay unique over folders and formats") {
   const Folder folder;
-  fill(folder, {"near/x.off", "near/x.obj", "far/x.off", "y.off"});
+  fill(folder, {"near/x.off", "near/x.obj", "far/z.off", "y.off"});
   const List gates = first(folder, Baselines::may_be_missing);
   CHECK(gates.size() == 4);
   for (const std::string& gate : gates) CHECK(gate.find(", baselines/") != std::string::npos);
