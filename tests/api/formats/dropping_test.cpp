@@ -211,6 +211,36 @@ TEST_CASE("dropping: PLY of strips") {
       });
 }
 
+// Each part is an element of the file: its name, and after a blank its records. Names after the first occur once.
+TEST_CASE("dropping: PLY of elements, some of which are not read") {
+  const auto element = [](Dice& dice, const std::string& name) {
+    const bool is_strip = name == "tristrips";
+    return Part{name + " " + counted_face(dice).text + (is_strip ? "" : counted_face(dice).text), true};
+  };
+  check_dropping(
+      "m.ply",
+      [&](Dice& dice) {
+        Parts parts{element(dice, "face")};
+        for (const char* name : {"tristrips", "polygon", "triangle_fan", "patches", "cells"}) {
+          if (dice.chance(0.6)) parts.push_back(element(dice, name));
+        }
+        if (parts.size() == 1) parts.push_back(element(dice, "quads"));
+        return parts;
+      },
+      [](const Parts& parts) {
+        std::string header, records;
+        for (const Part& part : parts) {
+          const std::size_t blank = part.text.find(' ');
+          const std::string rows = part.text.substr(blank + 1);
+          header += "element " + part.text.substr(0, blank) + " " + std::to_string(std::ranges::count(rows, '\n')) +
+                    "\nproperty list int int vertex_indices\n";
+          records += rows;
+        }
+        return "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n" +
+               header + "end_header\n" + kCube + records;
+      });
+}
+
 TEST_CASE("dropping: OFF") {
   check_dropping(
       "m.off",
@@ -242,6 +272,14 @@ TEST_CASE("dropping: XYZ, whose points are its surface") {
 Part primitive(Dice& dice) {
   json one = {{"attributes", {{"POSITION", 0}}}, {"mode", dice.between(4, 6)}};
   if (dice.chance(0.5)) one["indices"] = 1;
+  if (dice.chance(0.2)) one["extensions"]["EXT_" + std::to_string(dice.between(0, 3))] = json::object();
+  return {one.dump(), true};
+}
+
+// A primitive whose surface is in an extension alone.
+Part foreign_primitive(Dice& dice) {
+  const char* const names[] = {"EXT_primitive_voxels", "KHR_gaussian_splatting", "ACME_patches"};
+  json one = {{"attributes", {{"NORMAL", 0}}}, {"extensions", {{dice.pick(names), json::object()}}}};
   return {one.dump(), true};
 }
 
@@ -263,7 +301,11 @@ json scene_of(const Parts& parts) {
 
 TEST_CASE("dropping: glTF, a primitive") {
   check_dropping(
-      "m.glb", [](Dice& dice) { return some(dice, primitive, primitive); },
+      "m.glb",
+      [](Dice& dice) {
+        return some(dice, primitive,
+                    [](Dice& one) { return one.chance(0.7) ? primitive(one) : foreign_primitive(one); });
+      },
       [](const Parts& parts) { return glb(scene_of(parts)); });
 }
 
@@ -306,9 +348,19 @@ Part xml_triangle(Dice& dice) {
   return {text + (dice.chance(0.5) ? "/>" : " pid=\"9\"></triangle>"), true};
 }
 
+// An element among the triangles that 3MF does not have: of a vendor, or with a prefix that is not declared.
+Part foreign_triangle(Dice& dice) {
+  const char* const names[] = {"x:curved", "y:quad", "x:triangle"};
+  return {"<" + std::string(dice.pick(names)) + " xmlns:x=\"urn:x\" v1=\"0\" v2=\"1\" v3=\"3\"/>", true};
+}
+
 TEST_CASE("dropping: 3MF, a triangle") {
   check_dropping(
-      "m.3mf", [](Dice& dice) { return some(dice, xml_triangle, xml_triangle); },
+      "m.3mf",
+      [](Dice& dice) {
+        return some(dice, xml_triangle,
+                    [](Dice& one) { return one.chance(0.7) ? xml_triangle(one) : foreign_triangle(one); });
+      },
       [](const Parts& parts) {
         return package(model("<object id=\"1\"><mesh><vertices>" + kCorners + "</vertices><triangles>" + joined(parts) +
                                  "</triangles></mesh></object>",
