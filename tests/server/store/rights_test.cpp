@@ -71,7 +71,7 @@ TEST_CASE("rights: a file that exists keeps what another mode gave it, outside o
   CHECK_FALSE(open_file(folder / "none", O_RDONLY));
 }
 
-TEST_CASE("rights: a denial names both users, the mode and what to do; another failure does not") {
+TEST_CASE("rights: a denial names both users, the mode and what to do, another failure does not") {
   const TestFolder folder;
   const std::string path = folder.path(), file = folder / "none/lock";
   REQUIRE(::chmod(path.c_str(), 0500) == 0);
