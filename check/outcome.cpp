@@ -20,7 +20,6 @@ Error no_comparison(const std::string& why) {
 }
 
 // Number and size of the notes are limited, since a service is untrusted.
-constexpr std::string_view kUnread = "not read and not measured";  // begins each remark of api::Unread
 constexpr std::size_t kMostNotes = 16, kMostNoteBytes = 512;
 
 // Returns what was not read of the surfaces. Other notes on one mesh stand in the document alone.
@@ -32,7 +31,8 @@ std::vector<std::string> unread_of(const Json& document) {
     if (!document.contains(place) || !document[place].is_array()) continue;
     std::size_t count = 0;
     for (const Json& note : document[place]) {
-      if (!note.is_string() || !note.get_ref<const std::string&>().starts_with(kUnread) || count++ >= kMostNotes)
+      if (!note.is_string() || !note.get_ref<const std::string&>().starts_with(api::Unread::kRemark) ||
+          count++ >= kMostNotes)
         continue;
       notes.push_back(std::string(role) + ": " + note.get<std::string>().substr(0, kMostNoteBytes));
     }

@@ -21,7 +21,7 @@ void Unread::add(std::string_view kind, std::size_t count) {
 std::vector<std::string> Unread::remarks() const {
   std::vector<std::string> remarks;
   for (const auto& [kind, count] : kinds_) {
-    remarks.push_back("not read and not measured, though part of the surface: " + kind + ": " + std::to_string(count));
+    remarks.push_back(std::string(kRemark) + ": " + kind + ": " + std::to_string(count));
   }
   return remarks;
 }

@@ -20,6 +20,9 @@ class Unread {
 
   bool empty() const { return kinds_.empty(); }
 
+  // Begins each remark.
+  static constexpr std::string_view kRemark = "not read and not measured, though part of the surface";
+
   // Returns a remark for each kind, in the order of first appearance:
   // "not read and not measured, though part of the surface: free-form surfaces (surf): 2".
   std::vector<std::string> remarks() const;
