@@ -59,7 +59,8 @@ std::optional<XmlDefect> check_mf_extensions(std::string_view required_prefixes,
     const std::string_view prefix = word_at(p, end);
     p += prefix.size();
     const auto known = prefixes.find(prefix);
-    if (known == prefixes.end()) return malformed("the required extension " + in_quotes(prefix) + " is not declared");
+    if (known == prefixes.end())
+      return malformed_xml("the required extension " + in_quotes(prefix) + " is not declared");
     if (!is_understood(known->second)) return unsupported("it requires the extension", known->second);
   }
   return std::nullopt;
