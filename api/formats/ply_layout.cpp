@@ -85,11 +85,11 @@ bool is_corner(const PlyProperty& property) {
 // Whether an element that is not read may be surface: because of a list, which may hold corners, of its name, or of
 // three corners in properties of their own.
 bool may_be_surface(const PlyElement& element) {
-  constexpr std::string_view kOthers[] = {"camera", "cameras", "material", "materials", "texture", "textures"};
+  constexpr std::string_view kNeverSurface[] = {"camera", "cameras", "material", "materials", "texture", "textures"};
   constexpr std::string_view kSurfaces[] = {"face", "facet", "polyg", "triang", "quad",  "tetra",
                                             "hexa", "cell",  "strip", "fan",    "patch", "surf"};
   const std::string name = lower_case(element.name);
-  if (element.properties.empty() || is_one_of(name, kOthers) || are_lines(element)) return false;
+  if (element.properties.empty() || is_one_of(name, kNeverSurface) || are_lines(element)) return false;
   return std::ranges::any_of(element.properties, &PlyProperty::is_list) || has_one_of(name, kSurfaces) ||
          std::ranges::count_if(element.properties, is_corner) >= 3;
 }

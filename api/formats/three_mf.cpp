@@ -43,11 +43,11 @@ class RootFinder : public XmlHandler {
     }
     const char* target = attributes.find("Target");
     const char* mode = attributes.find("TargetMode");
-    if (target == nullptr) return malformed("a relationship without a target");
+    if (target == nullptr) return malformed_xml("a relationship without a target");
     if (mode != nullptr && mode == std::string_view("External")) {
       return XmlDefect{ErrorCode::unsupported_format, "the model " + in_quotes(target) + " is outside of the file"};
     }
-    if (!root_.empty()) return malformed("a second root model, " + in_quotes(target));
+    if (!root_.empty()) return malformed_xml("a second root model, " + in_quotes(target));
     root_ = part_of_target(target);
     return std::nullopt;
   }

@@ -13,12 +13,12 @@ bool is_whole(const char* next, const char* end) { return next != nullptr && ski
 
 }  // namespace
 
-XmlDefect malformed(std::string what) { return {ErrorCode::unreadable_mesh, std::move(what)}; }
+XmlDefect malformed_xml(std::string what) { return {ErrorCode::unreadable_mesh, std::move(what)}; }
 
 std::optional<XmlDefect> read_coordinate(const char* text, double& value) {
   const char* const end = text + std::strlen(text);
   if (!is_whole(parse_number(skip_spaces(text, end), end, value), end)) {
-    return malformed("the coordinate " + in_quotes(text) + " is not a number");
+    return malformed_xml("the coordinate " + in_quotes(text) + " is not a number");
   }
   if (std::isfinite(value)) return std::nullopt;
   return XmlDefect{ErrorCode::non_finite_vertex, "the coordinate " + in_quotes(text) + " is not finite"};
@@ -40,11 +40,11 @@ std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::A
     double& number = columns(k % 3, k / 3);
     const char* const next = parse_number(p, end, number);
     if (next == nullptr || !std::isfinite(number) || (next != end && !is_space(*next))) {
-      return malformed("the transform " + in_quotes(text) + " must have twelve finite numbers");
+      return malformed_xml("the transform " + in_quotes(text) + " must have twelve finite numbers");
     }
     p = next;
   }
-  if (!is_whole(p, end)) return malformed("the transform " + in_quotes(text) + " has more than twelve numbers");
+  if (!is_whole(p, end)) return malformed_xml("the transform " + in_quotes(text) + " has more than twelve numbers");
   transform.emplace().affine() = columns;
   transform->makeAffine();
   return std::nullopt;
@@ -54,7 +54,7 @@ std::optional<XmlDefect> read_object_type(const char* text, bool& printed) {
   const std::string_view type = text == nullptr ? "model" : text;
   printed = type == "model" || type == "surface";
   if (printed || type == "support" || type == "solidsupport" || type == "other") return std::nullopt;
-  return malformed("the type " + in_quotes(type) + " of an object is not known");
+  return malformed_xml("the type " + in_quotes(type) + " of an object is not known");
 }
 
 std::optional<XmlDefect> read_unit(const char* text, LengthUnit& unit) {
@@ -66,7 +66,7 @@ std::optional<XmlDefect> read_unit(const char* text, LengthUnit& unit) {
     unit = known;
     return std::nullopt;
   }
-  return malformed("the unit " + in_quotes(text) + " is not known");
+  return malformed_xml("the unit " + in_quotes(text) + " is not known");
 }
 
 }  // namespace meshgauge::api

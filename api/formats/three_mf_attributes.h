@@ -11,7 +11,7 @@
 
 namespace meshgauge::api {
 
-XmlDefect malformed(std::string what);
+XmlDefect malformed_xml(std::string what);
 
 // Reads a coordinate, bit-equal to strtod; a defect when it is not finite.
 std::optional<XmlDefect> read_coordinate(const char* text, double& value);

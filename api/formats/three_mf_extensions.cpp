@@ -58,7 +58,8 @@ std::optional<XmlDefect> check_mf_extensions(std::string_view required_prefixes,
     const std::string_view prefix = word_at(p, end);
     p += prefix.size();
     const auto known = prefixes.find(prefix);
-    if (known == prefixes.end()) return malformed("the required extension " + in_quotes(prefix) + " is not declared");
+    if (known == prefixes.end())
+      return malformed_xml("the required extension " + in_quotes(prefix) + " is not declared");
     if (!is_understood(known->second)) return unsupported("it requires the extension", known->second);
   }
   return std::nullopt;
@@ -76,8 +77,8 @@ XmlDefect unsupported_mf_geometry(const XmlName& element) {
 std::optional<XmlDefect> check_mf_attributes(const XmlAttributes& attributes) {
   for (const auto& [name, value] : attributes.prefixed()) {
     if (name.space.empty() && name.local == "path") {
-      return malformed("the attribute " + in_quotes(name.written) +
-                       " names another part, but its prefix is not declared");
+      return malformed_xml("the attribute " + in_quotes(name.written) +
+                           " names another part, but its prefix is not declared");
     }
     const bool is_resolution = name.local == "meshresolution" || name.local == "modelresolution";
     if (is_resolution && origin_of(name) == MfOrigin::standard && value != std::string_view("fullres")) {
@@ -95,7 +96,7 @@ std::optional<XmlDefect> check_mf_spelling(const XmlAttributes& attributes,
   for (const char* const* pair = attributes.pairs(); *pair != nullptr; pair += 2) {
     for (const std::string_view name : known) {
       if (name == pair[0] || !same_word(pair[0], name)) continue;
-      return malformed("the attribute " + in_quotes(pair[0]) + " is unknown; 3MF spells it " + in_quotes(name));
+      return malformed_xml("the attribute " + in_quotes(pair[0]) + " is unknown; 3MF spells it " + in_quotes(name));
     }
   }
   return std::nullopt;

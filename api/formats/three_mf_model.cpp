@@ -162,7 +162,7 @@ Defect ModelReader::unknown_core(const XmlName& name, Place parent) {
   for (const Rule& rule : kRules) {
     if (rule.parent == parent) known += (known.empty() ? "" : ", ") + ("'" + std::string(rule.name) + "'");
   }
-  return malformed(where + " is unknown; 3MF has " + (known.empty() ? "none" : known) + " there");
+  return malformed_xml(where + " is unknown; 3MF has " + (known.empty() ? "none" : known) + " there");
 }
 
 std::string ModelReader::inside(Place place) const {
@@ -201,8 +201,8 @@ Defect ModelReader::model(const XmlAttributes& attributes) {
   if (auto defect = read_unit(attributes.find("unit"), unit)) return defect;
   if (part_ == 0) document_.unit = unit;
   if (unit == document_.unit) return std::nullopt;
-  return malformed("the unit is " + in_quotes(to_string(unit)) + ", that of the root model " +
-                   in_quotes(to_string(document_.unit)));
+  return malformed_xml("the unit is " + in_quotes(to_string(unit)) + ", that of the root model " +
+                       in_quotes(to_string(document_.unit)));
 }
 
 Defect ModelReader::list_one_more() {
@@ -213,9 +213,9 @@ Defect ModelReader::list_one_more() {
 Defect ModelReader::object(const XmlAttributes& attributes) {
   if (auto defect = check_mf_spelling(attributes, {"type"})) return defect;
   std::int64_t id = 0;
-  if (!read_natural(attributes.find("id"), id) || id > INT32_MAX) return malformed("an object without a valid id");
+  if (!read_natural(attributes.find("id"), id) || id > INT32_MAX) return malformed_xml("an object without a valid id");
   const auto [entry, is_new] = document_.objects.try_emplace({part_, static_cast<std::uint32_t>(id)});
-  if (!is_new) return malformed("a second object " + std::to_string(id));
+  if (!is_new) return malformed_xml("a second object " + std::to_string(id));
   object_ = &entry->second;
   if (const char* const name = attributes.find("name"); name && is_group_name(name)) object_->name = name;
   if (auto defect = read_object_type(attributes.find("type"), object_->printed)) return defect;
@@ -223,7 +223,8 @@ Defect ModelReader::object(const XmlAttributes& attributes) {
 }
 
 Defect ModelReader::mesh(const XmlAttributes& /*attributes*/) {
-  if (object_->has_mesh || !object_->components.empty()) return malformed("a second mesh, or a mesh beside components");
+  if (object_->has_mesh || !object_->components.empty())
+    return malformed_xml("a second mesh, or a mesh beside components");
   object_->has_mesh = true;
   object_->first_vertex = document_.positions.size();
   object_->first_triangle = document_.triangles.size();
@@ -231,7 +232,7 @@ Defect ModelReader::mesh(const XmlAttributes& /*attributes*/) {
 }
 
 Defect ModelReader::components(const XmlAttributes& /*attributes*/) {
-  if (object_->has_mesh) return malformed("components beside a mesh");
+  if (object_->has_mesh) return malformed_xml("components beside a mesh");
   return std::nullopt;
 }
 
@@ -244,7 +245,7 @@ Defect ModelReader::vertex(const XmlAttributes& attributes) {
     if (auto defect = read_coordinate(pair[1], position[axis - 'x'])) return defect;
     seen |= 1U << static_cast<unsigned>(axis - 'x');
   }
-  if (seen != 7) return malformed("a vertex needs the attributes x, y and z");
+  if (seen != 7) return malformed_xml("a vertex needs the attributes x, y and z");
   if (document_.positions.size() == vertex_limit(source_)) {
     return XmlDefect{ErrorCode::too_large, "more vertices than the limit of " + std::to_string(vertex_limit(source_))};
   }
@@ -261,7 +262,7 @@ Defect ModelReader::triangle(const XmlAttributes& attributes) {
     if (name[0] != 'v' || name[1] < '1' || name[1] > '3' || name[2] != '\0') continue;
     const auto corner = static_cast<unsigned>(name[1] - '1');
     std::int64_t index = 0;
-    if (!read_natural(pair[1], index)) return malformed(in_quotes(pair[1]) + " is not an index");
+    if (!read_natural(pair[1], index)) return malformed_xml(in_quotes(pair[1]) + " is not an index");
     if (static_cast<std::uint64_t>(index) >= object_->vertices) {
       return XmlDefect{ErrorCode::index_out_of_range, "index " + in_quotes(pair[1]) + ", but there are " +
                                                           std::to_string(object_->vertices) + " vertices"};
@@ -269,7 +270,7 @@ Defect ModelReader::triangle(const XmlAttributes& attributes) {
     triangle[corner] = static_cast<std::uint32_t>(index);
     seen |= 1U << corner;
   }
-  if (seen != 7) return malformed("a triangle needs the attributes v1, v2 and v3");
+  if (seen != 7) return malformed_xml("a triangle needs the attributes v1, v2 and v3");
   if (document_.triangles.size() == source_.limits.max_triangles) {
     return XmlDefect{ErrorCode::too_large,
                      "more triangles than the limit of " + std::to_string(source_.limits.max_triangles)};
@@ -281,14 +282,14 @@ Defect ModelReader::triangle(const XmlAttributes& attributes) {
 
 Defect ModelReader::placement(const XmlAttributes& attributes, std::vector<MfPlacement>& out) {
   std::int64_t id = 0;
-  if (!read_natural(attributes.find("objectid"), id) || id > INT32_MAX) return malformed("no valid objectid");
+  if (!read_natural(attributes.find("objectid"), id) || id > INT32_MAX) return malformed_xml("no valid objectid");
   if (auto defect = check_mf_spelling(attributes, {"transform", "printable"})) return defect;
   if (attributes.find("path") != nullptr) {
-    return malformed("the attribute 'path' without the prefix of the production extension");
+    return malformed_xml("the attribute 'path' without the prefix of the production extension");
   }
   MfPlacement placement{part_, static_cast<std::uint32_t>(id), std::nullopt};
   if (const char* path = attributes.find(kMfProduction, "path")) {
-    if (part_ != 0) return malformed("a path to another part, which only the root model may have");
+    if (part_ != 0) return malformed_xml("a path to another part, which only the root model may have");
     placement.part = document_.part_named(part_name(path));
   }
   if (auto defect = read_transform(attributes.find("transform"), placement.transform)) return defect;

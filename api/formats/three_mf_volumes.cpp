@@ -80,7 +80,7 @@ Defect VolumeReader::volume(const XmlAttributes& attributes) {
   has_range_ = first != nullptr || last != nullptr;
   std::int64_t ends[] = {0, 0};
   if (has_range_ && (!read_natural(first, ends[0]) || !read_natural(last, ends[1]) || ends[0] > ends[1])) {
-    return malformed("a volume without a valid range of triangles (firstid, lastid)");
+    return malformed_xml("a volume without a valid range of triangles (firstid, lastid)");
   }
   range_.first = static_cast<std::uint64_t>(ends[0]);
   range_.last = static_cast<std::uint64_t>(ends[1]);

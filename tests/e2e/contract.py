@@ -292,7 +292,9 @@ def wrong_json(text, schema):
 def wrong_form(request, schema):
     boundary = re.search(r'boundary="?([^";]+)"?', request.headers["content-type"])[1].encode()
     parts, counts = {}, {}
-    for part in (b"\r\n" + request.body).split(b"\r\n--" + boundary)[1:-1]:
+    for part in (b"\r\n" + request.body).split(b"\r\n--" + boundary)[1:]:
+        if part.startswith(b"--"):  # the closing boundary
+            break
         head, _, content = part.partition(b"\r\n\r\n")
         name = re.search(rb'[; ]name="?([^";]+)"?', head)[1].decode()
         several = schema["properties"].get(name, {}).get("type") == "array"

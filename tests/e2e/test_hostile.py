@@ -138,7 +138,8 @@ class Requests(ServerCase):
         self.malformed(head + b"ffffffffffffffff\r\n", 413, "too-large")
         self.malformed(head + b"1" * 5000)
         preamble = b'--XXboundaryXX\r\nContent-Disposition: form-data; name="x%d"\r\n\r\n'
-        self.malformed(head + b"%x\r\n" % len(preamble % 1) + preamble % 1)
+        unknown = head + b"%x\r\n" % len(preamble % 1) + preamble % 1 + b"\r\n0\r\n\r\n"
+        self.refused(self.server.raw(unknown), 400, "malformed-request")
         part = b'--XXboundaryXX\r\nContent-Disposition: form-data; name="a"\r\n\r\n'
         self.malformed(head + b"%x\r\n" % len(part) + part + b"\r\n" + (b"ffff\r\n" + b"x" * 65535 + b"\r\n") * 40, 413, "too-large")
 
@@ -190,7 +191,7 @@ class Requests(ServerCase):
             problem = self.refused(self.server.raw(post_head(len(body)) + body), 400, "malformed-request")
             self.assertEqual(problem["errors"][0]["part"], part)
         many = multipart([("a%d" % i, b"") for i in range(5000)])
-        self.malformed(post_head(len(many)) + many)
+        self.refused(self.server.raw(post_head(len(many)) + many), 400, "malformed-request")
 
     def test_a_file_name_is_only_a_hint(self):
         body = comparison().replace(b'filename="a.obj"', b'filename="../../../../etc/passwd"')
