@@ -113,7 +113,9 @@ Json regions_json(const Measured& measured) {
 
 Json notes_json(const GateOutcome& outcome) {
   Json notes = Json::array();
-  const auto add = [&](const std::vector<std::string>& more) { notes.insert(notes.end(), more.begin(), more.end()); };
+  const auto add = [&](const std::vector<std::string>& more) {
+    for (const std::string& note : more) notes.push_back(note);
+  };
   if (outcome.measured) add(outcome.measured->unread);
   add(outcome.gate.notes);
   if (outcome.measured) add(outcome.measured->notes);

@@ -10,7 +10,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::size_t kMostNameBytes = 1024;
+constexpr std::size_t kMostTextBytes = 1024;
 constexpr std::size_t kMostShown = 100;
 constexpr std::size_t kMostExtension = 8;
 
@@ -35,7 +35,7 @@ bool is_name(std::string_view line) {
 }  // namespace
 
 std::optional<api::Problem> refuse_name_for_file(const std::string& field, std::string_view content) {
-  if (content.size() > kMostNameBytes) return std::nullopt;
+  if (content.size() > kMostTextBytes) return std::nullopt;
   if (content.ends_with('\n')) content.remove_suffix(1);
   if (content.ends_with('\r')) content.remove_suffix(1);
   const std::string_view line = trimmed(content);

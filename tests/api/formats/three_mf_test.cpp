@@ -1,28 +1,16 @@
 #include "api/formats/three_mf.h"
 
-#include <doctest/doctest.h>
-
 #include <cstdlib>
 
-#include "tests/api/formats/files.h"
-#include "tests/api/formats/zip_files.h"
+#include "tests/api/formats/three_mf_files.h"
 
 namespace meshgauge::api::test {
 namespace {
 
-const std::string kItem = "<item objectid=\"1\"/>";
 const std::string kIdentity = "1 0 0 0 1 0 0 0 1 0 0 0";
 
-ReadMesh good(const std::string& file) {
-  auto result = read(file, "m.3mf");
-  INFO((result ? "" : result.error().message));
-  REQUIRE(result.ok());
-  CHECK(result->format == Format::three_mf);
-  return std::move(*result);
-}
-
 std::vector<Vec3> placed(const std::string& resources, const std::string& build, const std::string& attributes = "") {
-  return good(package(model(resources, build, attributes))).mesh.positions;
+  return good_3mf(package(model(resources, build, attributes))).mesh.positions;
 }
 
 std::string refused_3mf(const std::string& resources, const std::string& build = kItem,
@@ -67,14 +55,14 @@ TEST_CASE("3mf: coordinates are bit-equal to strtod") {
 }
 
 TEST_CASE("3mf: the build places objects, with transforms and more than once") {
-  const ReadMesh one = good(package(model(triangle_object(1), kItem)));
+  const ReadMesh one = good_3mf(package(model(triangle_object(1), kItem)));
   CHECK(one.mesh.positions == kTriangle);
   CHECK(one.mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
   CHECK(placed(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0")) == kTriangle);
   // Row vectors: x goes to (0 2 0), y to (-2 0 0), z to (0 0 2); then moved by (5 6 7).
   const auto turned = placed(triangle_object(1), item(1, " 0 2 0  -2 0 0\n0 0 2 5 6 7 "));
   CHECK(turned == std::vector<Vec3>{{5, 6, 7}, {5, 8, 7}, {3, 6, 7}});
-  const ReadMesh two = good(package(model(triangle_object(1), kItem + item(1, "-1 0 0 0 1 0 0 0 1 10 0 0"))));
+  const ReadMesh two = good_3mf(package(model(triangle_object(1), kItem + item(1, "-1 0 0 0 1 0 0 0 1 10 0 0"))));
   CHECK(two.mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {3, 4, 5}});
   CHECK(two.mesh.positions[4] == Vec3(9, 0, 0));
 }
@@ -92,7 +80,7 @@ TEST_CASE("3mf: lengths are the file's own numbers, and the unit is reported") {
   using enum api::LengthUnit;
   const std::string object = with_vertex("x=\"0.3\" y=\"1\" z=\"7\"");
   const auto read = [&](const std::string& unit) {
-    return good(package(model(object, kItem, unit.empty() ? "" : "unit=\"" + unit + "\"")));
+    return good_3mf(package(model(object, kItem, unit.empty() ? "" : "unit=\"" + unit + "\"")));
   };
   const std::pair<const char*, api::LengthUnit> units[] = {
       {"", millimeter}, {"micron", micron}, {"millimeter", millimeter}, {"centimeter", centimeter}, {"inch", inch},
@@ -109,10 +97,10 @@ TEST_CASE("3mf: lengths are the file's own numbers, and the unit is reported") {
 
 TEST_CASE("3mf: objects outside the build are counted and not measured") {
   const ReadMesh read =
-      good(package(model(triangle_object(1) + triangle_object(2) + assembly(3, component(2)), kItem)));
+      good_3mf(package(model(triangle_object(1) + triangle_object(2) + assembly(3, component(2)), kItem)));
   CHECK(read.mesh.triangles.size() == 1);
   CHECK(read.notes.unused_objects == 2);
-  CHECK(good(package(model(triangle_object(1), kItem))).notes.unused_objects == 0);
+  CHECK(good_3mf(package(model(triangle_object(1), kItem))).notes.unused_objects == 0);
   CHECK(contains(refused_3mf(triangle_object(1) + triangle_object(2), ""), "its build places none of its 2 objects"));
   CHECK(code(package(model("", "")), "m.3mf") == ErrorCode::empty_mesh);
 }
@@ -124,11 +112,11 @@ TEST_CASE("3mf: objects that are not printed are counted and not measured") {
   };
   const std::string both = kItem + "<item objectid=\"2\"/>";
   for (const char* type : {"support", "solidsupport", "other"}) {
-    const ReadMesh read = good(package(model(triangle_object(1) + typed(2, type), both)));
+    const ReadMesh read = good_3mf(package(model(triangle_object(1) + typed(2, type), both)));
     CHECK(read.mesh.triangles.size() == 1);
     CHECK(read.notes.helper_objects == 1);
     CHECK(read.notes.unused_objects == 0);
-    const ReadMesh part = good(package(
+    const ReadMesh part = good_3mf(package(
         model(triangle_object(1) + typed(2, type) + assembly(3, component(1) + component(2)), item(3, kIdentity))));
     CHECK(part.mesh.triangles.size() == 1);
     CHECK(part.notes.helper_objects == 1);
@@ -137,21 +125,22 @@ TEST_CASE("3mf: objects that are not printed are counted and not measured") {
   // The type of an object with components is overridden by theirs.
   std::string whole = assembly(3, component(1));
   whole.insert(whole.find("id="), "type=\"support\" ");
-  CHECK(good(package(model(triangle_object(1) + whole, item(3, kIdentity)))).mesh.triangles.size() == 1);
-  CHECK(good(package(model(triangle_object(1) + typed(2, "surface"), both))).mesh.triangles.size() == 2);
+  CHECK(good_3mf(package(model(triangle_object(1) + whole, item(3, kIdentity)))).mesh.triangles.size() == 1);
+  CHECK(good_3mf(package(model(triangle_object(1) + typed(2, "surface"), both))).mesh.triangles.size() == 2);
   CHECK(contains(refused_3mf(typed(1, "modle")), "line 4 of 'a': the type 'modle' of an object is not known"));
 }
 
 TEST_CASE("3mf: items marked as not printable") {
   const std::string resources = triangle_object(1) + triangle_object(2);
-  const ReadMesh one = good(package(model(resources, kItem + "<item objectid=\"2\" printable=\"0\"/>")));
+  const ReadMesh one = good_3mf(package(model(resources, kItem + "<item objectid=\"2\" printable=\"0\"/>")));
   CHECK(one.mesh.triangles.size() == 1);
   CHECK(one.notes.helper_objects == 1);
   CHECK(one.notes.unused_objects == 0);
-  const ReadMesh again = good(package(model(triangle_object(1), kItem + "<item objectid=\"1\" printable=\"0\"/>")));
+  const ReadMesh again = good_3mf(package(model(triangle_object(1), kItem + "<item objectid=\"1\" printable=\"0\"/>")));
   CHECK(again.mesh.triangles.size() == 1);
   CHECK(again.notes.helper_objects == 1);
-  CHECK(good(package(model(triangle_object(1), "<item objectid=\"1\" printable=\"1\"/>"))).mesh.triangles.size() == 1);
+  CHECK(good_3mf(package(model(triangle_object(1), "<item objectid=\"1\" printable=\"1\"/>"))).mesh.triangles.size() ==
+        1);
   CHECK(contains(refused_3mf(resources, "<item objectid=\"2\" printable=\"0\"/>"), "marked as not printable"));
 }
 
@@ -164,14 +153,16 @@ TEST_CASE("3mf: the helper meshes of Cura") {
   const std::string both = kItem + "<item objectid=\"2\"/>";
   for (const char* name : {"support_mesh", "anti_overhang_mesh", "infill_mesh", "cutting_mesh"}) {
     for (const char* prefix : {"cura:", ""}) {
-      const ReadMesh read = good(package(model(triangle_object(1) + with(prefix + std::string(name), "True"), both)));
+      const ReadMesh read =
+          good_3mf(package(model(triangle_object(1) + with(prefix + std::string(name), "True"), both)));
       CHECK(read.mesh.triangles.size() == 1);
       CHECK(read.notes.helper_objects == 1);
     }
-    CHECK(good(package(model(triangle_object(1) + with(name, "False"), both))).mesh.triangles.size() == 2);
+    CHECK(good_3mf(package(model(triangle_object(1) + with(name, "False"), both))).mesh.triangles.size() == 2);
   }
-  CHECK(good(package(model(triangle_object(1) + with("cura:infill_pattern", "True"), both))).mesh.triangles.size() ==
-        2);
+  CHECK(
+      good_3mf(package(model(triangle_object(1) + with("cura:infill_pattern", "True"), both))).mesh.triangles.size() ==
+      2);
 }
 
 TEST_CASE("3mf: volumes of PrusaSlicer, by ranges of triangles") {
@@ -188,16 +179,16 @@ TEST_CASE("3mf: volumes of PrusaSlicer, by ranges of triangles") {
   const std::string first = "firstid=\"0\" lastid=\"1\"", last = "firstid=\"3\" lastid=\"3\"";
   const std::string part = volume(first, "volume_type", "ModelPart");
   for (const char* type : {"ParameterModifier", "SupportEnforcer", "SupportBlocker", "SeamPosition"}) {
-    const ReadMesh read = good(with(part + volume(last, "volume_type", type)));
+    const ReadMesh read = good_3mf(with(part + volume(last, "volume_type", type)));
     CHECK(read.mesh.triangles.size() == 6);
     CHECK(read.notes.helper_objects == 2);
   }
-  CHECK(good(with(part + volume(last, "modifier", "1"))).mesh.triangles.size() == 6);
-  const ReadMesh middle = good(with(volume(first, "modifier", "1") + volume(last, "modifier", "1")));
+  CHECK(good_3mf(with(part + volume(last, "modifier", "1"))).mesh.triangles.size() == 6);
+  const ReadMesh middle = good_3mf(with(volume(first, "modifier", "1") + volume(last, "modifier", "1")));
   CHECK(middle.mesh.triangles == std::vector<Triangle>{{2, 1, 0}, {5, 4, 3}});
   CHECK(middle.notes.helper_objects == 4);
-  CHECK(good(with(volume(first, "modifier", "1") + volume(first, "modifier", "1"))).mesh.triangles.size() == 4);
-  CHECK(good(with(part + volume(last, "modifier", "0"))).mesh.triangles.size() == 8);
+  CHECK(good_3mf(with(volume(first, "modifier", "1") + volume(first, "modifier", "1"))).mesh.triangles.size() == 4);
+  CHECK(good_3mf(with(part + volume(last, "modifier", "0"))).mesh.triangles.size() == 8);
   const std::string in = "Metadata/Slic3r_PE_model.config, line 1 of 'a': ";
   const auto refused_by = [&](const std::string& volumes) { return refusal(with(volumes), "m.3mf"); };
   CHECK(contains(refused_by(volume(last, "volume_type", "Hologram")), in + "the kind of volume 'Hologram'"));
@@ -221,14 +212,14 @@ TEST_CASE("3mf: volumes of Bambu Studio and OrcaSlicer, by components") {
   };
   const std::string build = item(3, kIdentity);
   for (const char* subtype : {"modifier_part", "support_enforcer", "support_blocker"}) {
-    const ReadMesh read = good(with(part(1, "normal_part") + part(2, subtype), build));
+    const ReadMesh read = good_3mf(with(part(1, "normal_part") + part(2, subtype), build));
     CHECK(read.mesh.triangles.size() == 1);
     CHECK(read.notes.helper_objects == 1);
-    CHECK(good(with(part(2, subtype), build + item(2, kIdentity))).mesh.triangles.size() == 2);
+    CHECK(good_3mf(with(part(2, subtype), build + item(2, kIdentity))).mesh.triangles.size() == 2);
   }
-  CHECK(good(with(part(1, "normal_part") + "<part id=\"2\"/>", build)).mesh.triangles.size() == 2);
+  CHECK(good_3mf(with(part(1, "normal_part") + "<part id=\"2\"/>", build)).mesh.triangles.size() == 2);
   CHECK(contains(refusal(with(part(2, "negative_part"), build), "m.3mf"), "object 2 of 'a': a negative volume"));
-  CHECK(good(with(part(2, "negative_part"), kItem)).mesh.triangles.size() == 1);
+  CHECK(good_3mf(with(part(2, "negative_part"), kItem)).mesh.triangles.size() == 1);
   CHECK(contains(refusal(with(part(2, "hologram"), build), "m.3mf"), "the kind of volume 'hologram'"));
 }
 
@@ -240,11 +231,12 @@ TEST_CASE("3mf: objects in other parts, by the production extension") {
     return package(model(resources, build, production), {{"3D/Objects/one.model", part}});
   };
   const std::string root = assembly(1, component(1, other + " transform=\"1 0 0 0 1 0 0 0 1 0 0 4\""));
-  const ReadMesh read = good(whole(root, kItem, model(triangle_object(1) + triangle_object(7), item(7, "ignored"))));
+  const ReadMesh read =
+      good_3mf(whole(root, kItem, model(triangle_object(1) + triangle_object(7), item(7, "ignored"))));
   CHECK(read.mesh.positions[1] == Vec3(1, 0, 4));
   CHECK(read.mesh.triangles.size() == 1);
   CHECK(read.notes.unused_objects == 1);
-  CHECK(good(whole("", "<item objectid=\"7\" " + other + "/>", model(triangle_object(7), ""))).mesh.positions ==
+  CHECK(good_3mf(whole("", "<item objectid=\"7\" " + other + "/>", model(triangle_object(7), ""))).mesh.positions ==
         kTriangle);
   CHECK(contains(refusal(whole(root, kItem, model(triangle_object(1), "", "unit=\"inch\"")), "m.3mf"),
                  "3D/Objects/One.model, line 2 of 'a': the unit is 'in', that of the root model 'mm'"));
@@ -355,7 +347,7 @@ TEST_CASE("3mf: the limits of vertices and triangles hold over all instances") {
 TEST_CASE("3mf: archives that are not packages, or of another kind") {
   const std::string part = model(triangle_object(1), kItem);
   const auto message = [&](const std::vector<ZipEntry>& entries) { return refusal(zip(entries), "m.3mf"); };
-  CHECK(good(zip({{"_RELS/.rels", relationships("3D/other.MODEL"), 0}, {"3d/Other.model", part}})).mesh.positions ==
+  CHECK(good_3mf(zip({{"_RELS/.rels", relationships("3D/other.MODEL"), 0}, {"3d/Other.model", part}})).mesh.positions ==
         kTriangle);
   CHECK(contains(message({{"m.stl", "solid"}}), "'a' is a zip archive, not a mesh"));
   CHECK(contains(message({}), "'a' is a zip archive"));
@@ -372,7 +364,7 @@ TEST_CASE("3mf: archives that are not packages, or of another kind") {
 
 TEST_CASE("3mf: also compressed by gzip, with limits by the size sent") {
   const std::string file = package(model(triangle_object(1), kItem));
-  const auto read = good(gzipped(file));
+  const auto read = good_3mf(gzipped(file));
   CHECK(read.notes.gzip);
   CHECK(read.mesh.positions == kTriangle);
   // 60 MB that are not compressed allow for more than these 80 MB, but not when they are compressed themselves.

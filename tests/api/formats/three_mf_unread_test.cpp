@@ -1,32 +1,21 @@
 // What a 3MF may hold of a surface and is not read: noted or refused, never passed in silence.
 #include "api/formats/three_mf.h"
 
-#include <doctest/doctest.h>
-
-#include "tests/api/formats/files.h"
-#include "tests/api/formats/zip_files.h"
+#include "tests/api/formats/three_mf_files.h"
 
 namespace meshgauge::api::test {
 namespace {
 
 using Remarks = std::vector<std::string>;
 
-const std::string kItem = "<item objectid=\"1\"/>";
 const std::string kVendor = "xmlns:x=\"http://vendor.example/x\" ";
 const std::string kStandards = "http://schemas.microsoft.com/3dmanufacturing/";
-const std::string kUnread = "not read and not measured, though part of the surface: ";
+const std::string kNotRead = "not read and not measured, though part of the surface: ";
 const std::string kHere = "3D/3dmodel.model, line 4 of 'a': ";
-
-ReadMesh good(const std::string& file) {
-  auto result = read(file, "m.3mf");
-  INFO((result ? "" : result.error().message));
-  REQUIRE(result.ok());
-  return std::move(*result);
-}
 
 Remarks remarks_of(const std::string& resources, const std::string& attributes = kVendor,
                    const std::string& build = kItem) {
-  const ReadMesh read = good(package(model(resources, build, attributes)));
+  const ReadMesh read = good_3mf(package(model(resources, build, attributes)));
   CHECK(read.mesh.triangles.size() == 1);
   return read.notes.remarks;
 }
@@ -78,7 +67,7 @@ TEST_CASE("3mf unread: an element of the core that 3MF does not have there is re
 TEST_CASE("3mf unread: elements of other namespaces in objects and in the build are counted and named") {
   const std::string foreign = "<x:curved v1=\"0\"><x:more/></x:curved>";
   const auto note = [](const std::string& place, int count = 1) {
-    return Remarks{kUnread + "elements 'x:curved' inside '" + place + "': " + std::to_string(count)};
+    return Remarks{kNotRead + "elements 'x:curved' inside '" + place + "': " + std::to_string(count)};
   };
   CHECK(remarks_of(with("</triangles>", foreign + foreign)) == note("triangles", 2));
   CHECK(remarks_of(with("</vertices>", foreign)) == note("vertices"));
@@ -91,7 +80,7 @@ TEST_CASE("3mf unread: elements of other namespaces in objects and in the build 
   CHECK(remarks_of(triangle_object(1) + assembly, kVendor, "<item objectid=\"2\"/>") == note("components"));
   // Without a namespace, as in a document whose root declares the core under a prefix only.
   CHECK(remarks_of(with("</triangles>", "<triangle xmlns=\"\" v1=\"0\"/>")) ==
-        Remarks{kUnread + "elements 'triangle' inside 'triangles': 1"});
+        Remarks{kNotRead + "elements 'triangle' inside 'triangles': 1"});
 }
 
 TEST_CASE("3mf unread: a file of nothing else is refused by the same names") {
@@ -107,8 +96,8 @@ TEST_CASE("3mf unread: a file of nothing else is refused by the same names") {
 
 TEST_CASE("3mf unread: once for an object of the build, not for others") {
   const std::string foreign = with("</triangles>", "<x:curved/>");
-  const ReadMesh twice = good(package(model(foreign, kItem + kItem, kVendor)));
-  CHECK(twice.notes.remarks == Remarks{kUnread + "elements 'x:curved' inside 'triangles': 1"});
+  const ReadMesh twice = good_3mf(package(model(foreign, kItem + kItem, kVendor)));
+  CHECK(twice.notes.remarks == Remarks{kNotRead + "elements 'x:curved' inside 'triangles': 1"});
   CHECK(remarks_of(foreign + triangle_object(2), kVendor, "<item objectid=\"2\"/>").empty());
 }
 
@@ -172,7 +161,7 @@ TEST_CASE("3mf unread: slices beside a mesh are noted, slices in place of it are
   const std::string slices = "xmlns:s=\"" + kStandards + "slice/2015/07\"";
   const std::string stack = "<s:slicestack id=\"5\"><s:slice/></s:slicestack>";
   CHECK(remarks_of(stack + with("type=", "s:slicestackid=\"5\" "), slices) ==
-        Remarks{kUnread + "attributes 's:slicestackid' of 'object': 1"});
+        Remarks{kNotRead + "attributes 's:slicestackid' of 'object': 1"});
   CHECK(remarks_of(with("type=", "s:meshresolution=\"fullres\" "), slices).empty());
   CHECK(refused(with("type=", "s:meshresolution=\"lowres\" s:slicestackid=\"5\" "), slices) ==
         kHere +
@@ -206,7 +195,7 @@ TEST_CASE("3mf unread: a prefix that is not declared is named, with what it mark
         Remarks{note("'b', 'c', 'd', 'e' and perhaps more")});
   // Among geometry the elements are counted as well.
   CHECK(remarks_of(with("</triangles>", "<ms:curved/>")) ==
-        Remarks{kUnread + "elements 'ms:curved' inside 'triangles': 1", note("'ms'")});
+        Remarks{kNotRead + "elements 'ms:curved' inside 'triangles': 1", note("'ms'")});
   // The place of an object is never ignored.
   CHECK(refused(triangle_object(1), "", "<item objectid=\"1\" p:path=\"/3D/b.model\"/>") ==
         "3D/3dmodel.model, line 5 of 'a': the attribute 'p:path' names another part, but its prefix is not declared");
@@ -236,7 +225,7 @@ TEST_CASE("3mf unread: relationships relative to the root of the package") {
   for (const char* target : {"/3D/3dmodel.model", "3D/3dmodel.model", "./3D/3dmodel.model", "/./3D/3dmodel.model",
                              "3D/./3dmodel.model", "//3D//3dmodel.model"}) {
     CAPTURE(target);
-    const ReadMesh read = good(zip({{"_rels/.rels", relationships(target)}, {"3D/3dmodel.model", part}}));
+    const ReadMesh read = good_3mf(zip({{"_rels/.rels", relationships(target)}, {"3D/3dmodel.model", part}}));
     CHECK(read.notes.remarks.empty());
   }
   CHECK(contains(
@@ -248,7 +237,8 @@ TEST_CASE("3mf unread: backslashes in the names of the archive are noted, two en
   const std::string part = model(triangle_object(1), kItem);
   const std::vector<ZipEntry> entries{{"_rels\\.rels", relationships("./3D/3dmodel.model")},
                                       {"3D\\3dmodel.model", part}};
-  CHECK(good(zip(entries)).notes.remarks == Remarks{"names in the archive with '\\' between folders, read as '/': 2"});
+  CHECK(good_3mf(zip(entries)).notes.remarks ==
+        Remarks{"names in the archive with '\\' between folders, read as '/': 2"});
   std::vector<ZipEntry> both = entries;
   both.push_back({"3D/3dmodel.model", model("", "")});
   CHECK(refusal(zip(both), "m.3mf") ==
@@ -257,7 +247,7 @@ TEST_CASE("3mf unread: backslashes in the names of the archive are noted, two en
 
 TEST_CASE("3mf unread: models that the root model does not use are counted") {
   const std::string unused = model(triangle_object(1), kItem);
-  const ReadMesh read = good(package(
+  const ReadMesh read = good_3mf(package(
       model(triangle_object(1), kItem),
       {{"3D/Other.model", unused}, {"__MACOSX/3D/._3dmodel.model", "attributes"}, {"2D/slices.model", "<model/>"}}));
   CHECK(read.mesh.triangles.size() == 1);
