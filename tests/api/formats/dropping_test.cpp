@@ -335,7 +335,7 @@ TEST_CASE("dropping: glTF, a node") {
 
 // --- 3MF ------------------------------------------------------------------------------------------------------------
 
-const std::string kVertices =
+const std::string kTetrahedron =
     "<vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/>"
     "<vertex x=\"0\" y=\"0\" z=\"1\"/>";
 
@@ -362,7 +362,7 @@ TEST_CASE("dropping: 3MF, a triangle") {
                     [](Dice& one) { return one.chance(0.7) ? xml_triangle(one) : foreign_triangle(one); });
       },
       [](const Parts& parts) {
-        return package(model("<object id=\"1\"><mesh><vertices>" + kVertices + "</vertices><triangles>" +
+        return package(model("<object id=\"1\"><mesh><vertices>" + kTetrahedron + "</vertices><triangles>" +
                                  joined(parts) + "</triangles></mesh></object>",
                              "<item objectid=\"1\"/>"));
       });

@@ -32,7 +32,7 @@ std::string with(const std::string& place, const std::string& added) {
   return object.insert(object.find(place), added);
 }
 
-const std::string kTriangle = "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
+const std::string kXmlTriangle = "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
 
 std::string with_inside_triangle(const std::string& inside) {
   std::string object = triangle_object(1);
@@ -57,7 +57,7 @@ TEST_CASE("3mf unread: an element of the core that 3MF does not have there is re
                  "'part' inside 'components' is unknown; 3MF has 'component' there"));
   CHECK(contains(refused(triangle_object(1), "", kItem + "<Item objectid=\"1\"/>"),
                  "line 5 of 'a': the element 'Item' inside 'build' is unknown; 3MF has 'item' there"));
-  CHECK(contains(refused(with_inside_triangle(kTriangle)), "'triangle' inside 'triangle'"));
+  CHECK(contains(refused(with_inside_triangle(kXmlTriangle)), "'triangle' inside 'triangle'"));
   CHECK(contains(refused(triangle_object(1) + "<Object id=\"2\"/>"),
                  "the element 'Object' inside 'resources' is unknown; 3MF has 'object' there"));
   std::string twice = package(model(triangle_object(1), kItem + "</build><Build>" + kItem + "</Build><build>"));
@@ -85,7 +85,7 @@ TEST_CASE("3mf unread: elements of other namespaces in objects and in the build 
 
 TEST_CASE("3mf unread: a file of nothing else is refused by the same names") {
   std::string object = triangle_object(1);
-  object.replace(object.find(kTriangle), kTriangle.size(), "<x:curved/><x:curved/>");
+  object.replace(object.find(kXmlTriangle), kXmlTriangle.size(), "<x:curved/><x:curved/>");
   CHECK(refused(object) ==
         "'a' has no triangles, only what is not read (elements 'x:curved' inside 'triangles': 2): export it as "
         "triangles");
@@ -126,7 +126,7 @@ TEST_CASE("3mf unread: core geometry inside of an element that is not read is re
     return "the element '" + name + "' inside 'mc:AlternateContent', which is not read; write it outside of that";
   };
   CHECK(refused(triangle_object(1) + wrapped(triangle_object(2)), compatibility) == kHere + wrong("object"));
-  CHECK(contains(refused(with("</triangles>", wrapped(kTriangle)), compatibility), wrong("triangle")));
+  CHECK(contains(refused(with("</triangles>", wrapped(kXmlTriangle)), compatibility), wrong("triangle")));
   CHECK(contains(refused(triangle_object(1), compatibility, kItem + wrapped(kItem)), wrong("item")));
   CHECK(contains(refused(triangle_object(1), compatibility, kItem + "</build>" + wrapped("<build/>") + "<build>"),
                  wrong("build")));

@@ -52,7 +52,7 @@ Parsed parsed(const std::string& body, std::size_t step) {
 }
 
 // Returns why a body is refused; "": it is not. The same however the bytes arrive.
-std::string refusal(const std::string& body) {
+std::string why_refused(const std::string& body) {
   const std::string why = parsed(body, body.size()).why;
   for (std::size_t step = 1; step < 12; ++step) CHECK(parsed(body, step).why == why);
   return why;
@@ -107,24 +107,24 @@ TEST_CASE("multipart: a preamble, an epilogue and blanks after a boundary are sk
 TEST_CASE("multipart: a part is never skipped as preamble or epilogue") {
   const std::string parts = part(named("a"), "x") + part(named("b"), "y");
   const std::string within = "a boundary begins a line, and lines end with CR LF";
-  CHECK(refusal("\xEF\xBB\xBF" + parts + "--XX--") ==
+  CHECK(why_refused("\xEF\xBB\xBF" + parts + "--XX--") ==
         "the first boundary '--XX' comes after byte 3 of the body, which does not end a line; " + within);
-  CHECK(refusal("\n" + parts + "--XX--").ends_with(within));
-  CHECK(refusal("text\n" + parts + "--XX--").ends_with(within));
-  CHECK(refusal("\r" + parts + "--XX--").ends_with(within));
+  CHECK(why_refused("\n" + parts + "--XX--").ends_with(within));
+  CHECK(why_refused("text\n" + parts + "--XX--").ends_with(within));
+  CHECK(why_refused("\r" + parts + "--XX--").ends_with(within));
   const std::string twice = "a boundary comes after the closing one, '--XX--', which ends the last part alone";
-  CHECK(refusal(part(named("a"), "x") + "--XX--\r\n" + part(named("b"), "y") + "--XX--") == twice);
-  CHECK(refusal(parts + "--XX--\r\n--XX") == twice);
-  CHECK(refusal(parts + "--XX--\r\n--XX-") == twice);
+  CHECK(why_refused(part(named("a"), "x") + "--XX--\r\n" + part(named("b"), "y") + "--XX--") == twice);
+  CHECK(why_refused(parts + "--XX--\r\n--XX") == twice);
+  CHECK(why_refused(parts + "--XX--\r\n--XX-") == twice);
 }
 
 TEST_CASE("multipart: a body without a boundary, and a preamble that is too long") {
   const std::string no_line = "no line of the body is '--XX', the boundary that Content-Type names";
-  for (const char* body : {"{}", "a=part.stl", "--YY\r\n", "\r\n--X", "-"}) CHECK(refusal(body) == no_line);
+  for (const char* body : {"{}", "a=part.stl", "--YY\r\n", "\r\n--X", "-"}) CHECK(why_refused(body) == no_line);
   const std::string too_long = "no line of the body's first 8192 bytes is '--XX', the boundary that Content-Type names";
   const std::string longer(server::kMaxPreambleBytes - 1, 'p');
-  CHECK(refusal(longer + "\r\n" + part(named("a"), "x") + "--XX--") == too_long);
-  CHECK(refusal(std::string(20'000, '\n')) == too_long);
+  CHECK(why_refused(longer + "\r\n" + part(named("a"), "x") + "--XX--") == too_long);
+  CHECK(why_refused(std::string(20'000, '\n')) == too_long);
 }
 
 TEST_CASE("multipart: a body cut anywhere is incomplete") {
@@ -146,7 +146,7 @@ TEST_CASE("multipart: what is malformed is refused") {
   CHECK(!parsed(part("nonsense", "") + end, 64).ok);
   CHECK(!parsed("--XXjunk\r\n" + named("a") + "\r\n\r\n\r\n" + end, 64).ok);
   CHECK(!parsed("--XX --\r\n", 64).ok);
-  CHECK(refusal("--XX\n" + named("a") + "\n\nx\n--XX--\n") ==
+  CHECK(why_refused("--XX\n" + named("a") + "\n\nx\n--XX--\n") ==
         "the line of the boundary '--XX' must end with CR LF, or with '--' after the last part");
   CHECK(!parsed("--XX\r\n" + std::string(10'000, 'h'), 64).ok);
 }
