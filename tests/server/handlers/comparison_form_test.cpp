@@ -147,7 +147,7 @@ TEST_CASE("form: a part of another name is refused with the names of all parts")
     for (int i = 0; i < 7; ++i) names += ", 'mesh[]'";
     return names;
   }() + " and 12 more" + known);
-  CHECK(refusal({}) == "the part 'a' is missing; the form holds no part");
+  CHECK(refusal(std::vector<Sent>{}) == "the part 'a' is missing; the form holds no part");
 }
 
 TEST_CASE("form: what follows an unknown part is discarded, up to 16 MiB") {
