@@ -198,13 +198,14 @@ TEST_CASE("stl: ascii with a byte order mark, and with NUL or 0x1A bytes after i
   CHECK(read("\xEF\xBB\xBF" + solid, "").ok());
   CHECK(contains(refusal("\xEF\xBB\xBFsolid\nx\n", "m.stl"), "line 2 of 'a': expected 'facet'"));
   for (const std::string& padding :
-       {std::string(1, '\0'), std::string(5000, '\0'), std::string("\x1A"), std::string("\x1A\0\n\0\r\n", 6)}) {
+       {std::string(1, '\0'), std::string(kMostPadding, '\0'), std::string("\x1A"), std::string("\x1A\0\n\0\r\n", 6)}) {
     const auto padded = read(solid + padding, "m.stl");
     REQUIRE(padded.ok());
     CHECK(padded->mesh.triangles.size() == 1);
     CHECK(padded->notes.remarks == std::vector<std::string>{"NUL or 0x1A bytes after the last line, ignored"});
   }
   CHECK(!read(solid + std::string("\0x", 2), "m.stl"));
+  CHECK(!read(solid + std::string(kMostPadding + 1, '\0'), "m.stl"));
   CHECK(!read("solid a\n" + kAscii + '\x1A' + kAscii, "m.stl"));
 }
 
