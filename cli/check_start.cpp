@@ -43,10 +43,6 @@ std::vector<std::string> explanation(const std::string& what, const std::string&
           init + " writes one for the meshes that are there; meshgauge check gates.yaml runs it."};
 }
 
-std::string example_of_folders(const std::string& first, const std::string& second) {
-  return check::example_gate({first + "/a.stl", first + "/b.stl"}, second);
-}
-
 // Prints one line, without anything that a terminal would interpret.
 void say(std::FILE* out, const std::string& line) { std::fprintf(out, "%s\n", check::shown_name(line).c_str()); }
 
@@ -87,13 +83,13 @@ std::vector<std::string> explain_manifest(const CheckFlags& flags) {
     std::error_code none;
     if (fs::exists(manifest, none)) return {};  // its message names the manifest
     return explanation(takes + ", not the folder " + check::shown_path(files[0]),
-                       example_of_folders(folder, "baselines"), folder);
+                       check::example_gate_of_folder(folder, "baselines"), folder);
   }
   if (files.size() == 2 && folders) {
     const std::string first = without_slash(files[0]), second = without_slash(files[1]);
     const std::string above =
         fs::path(first).parent_path() == fs::path(second).parent_path() ? fs::path(first).parent_path().string() : "";
-    return explanation(takes + ", not two folders", example_of_folders(first, second), above);
+    return explanation(takes + ", not two folders", check::example_gate_of_folder(first, second), above);
   }
   if (files.size() <= 2) return {};
   const auto json =

@@ -276,4 +276,14 @@ std::string example_gate(const std::vector<std::string>& candidates, const std::
          ", max_distance: 0.05 mm}";
 }
 
+std::string example_gate_of_folder(const std::string& folder, const std::string& baselines) {
+  std::vector<std::string> candidates;
+  if (auto found = meshes_below(folder); found && found->contains("")) {
+    for (const std::string& name : (*found)[""]) candidates.push_back(folder + "/" + name);
+  }
+  if (candidates.empty()) candidates.push_back(folder + "/part.stl");
+  if (candidates.size() == 1) candidates.push_back(candidates.front());  // a glob, also for one file
+  return example_gate(candidates, baselines);
+}
+
 }  // namespace meshgauge::check

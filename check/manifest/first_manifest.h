@@ -22,7 +22,9 @@ struct FirstManifest {
 // mesh.
 Result<FirstManifest> first_manifest(const std::filesystem::path& folder, const std::string& limit);
 
-// Returns a gate in one line, for a message: the candidates are all files of a folder, or one file.
+// Return a gate in one line, for a message: the candidates are all files of a folder, or one file; all meshes directly
+// in the folder.
 std::string example_gate(const std::vector<std::string>& candidates, const std::string& baselines);
+std::string example_gate_of_folder(const std::string& folder, const std::string& baselines);
 
 }  // namespace meshgauge::check

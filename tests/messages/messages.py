@@ -23,7 +23,8 @@ sys.path[:0] = [str(ROOT / "tests/e2e"), str(pathlib.Path(__file__).parent)]
 import contract  # noqa: E402
 import refused_flags  # noqa: E402
 import refused_requests  # noqa: E402
-from broken_files import GOOD, SCENE_FILES, all_files, scene  # noqa: E402
+from broken_files import GOOD, all_files  # noqa: E402
+from broken_gltf import SCENE_FILES, scene  # noqa: E402
 from harness import BINARY, ENVIRONMENT, Server, multipart, post_head  # noqa: E402
 
 contract.check = lambda request, answer: None  # tests/e2e holds answers against openapi.yaml

@@ -261,7 +261,7 @@ class Proxy(unittest.TestCase):
         cls.addClassCleanup(caddy.wait)
         cls.addClassCleanup(caddy.terminate)
         authority = folder / "caddy/pki/authorities/local/root.crt"
-        until(authority.exists)
+        until(lambda: authority.exists() and "END CERTIFICATE" in authority.read_text())  # it is written in place
         cls.tls = ssl.create_default_context(cafile=str(authority))
         until(lambda: cls.answers("/healthz"))
 

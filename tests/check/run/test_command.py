@@ -151,7 +151,7 @@ class Pair(Workplace):
         self.fails(*limited, "--jobs", "-1", saying="--jobs")
         self.fails(*limited, "--undecided", "maybe", saying="--undecided")
         self.fails(*limited, "--dry-run", saying="--update-baselines")
-        self.fails("--max-distance", "1", saying="FILES")
+        self.fails("--max-distance", "1", saying="CANDIDATE BASELINE")
         self.fails("a", "b", "c", "--max-distance", "1", saying="c")
 
 
