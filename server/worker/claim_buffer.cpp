@@ -23,7 +23,7 @@ HeldJobPtr ClaimBuffer::take(LiveJob::Clock::time_point now) {
     const bool full = !job->guest && running_ >= threads_;
     if (full || (job->suspected && running() > 0)) continue;
     if (job->stage != HeldJob::Stage::ready) {
-      if (is_small(*job) && now - job->claimed < kSoon) return nullptr;
+      if (is_small(*job) && job->failures == 0 && now - job->claimed < kSoon) return nullptr;
       continue;
     }
     HeldJobPtr next = job;

@@ -1,10 +1,10 @@
 // The jobs that a worker has claimed and not begun: their order, and how many more to claim.
 //
 // Order: jobs of no batch first, since a client may wait for each; then those of batches; each in the order of their
-// claims. Those whose blobs are not opened yet are passed over; but a small job of a batch is waited for kSoon, since
-// the one behind it may keep the thread for minutes. A suspected job begins when nothing runs, and nothing begins
-// beside it: if it ends its worker, no other job is lost. Jobs that were claimed before it begin before it, and nothing
-// is claimed until it has ended.
+// claims. Those whose blobs are not opened yet are passed over; but a small job of a batch is waited for kSoon, unless
+// they could not be opened at first, since the one behind it may keep the thread for minutes. A suspected job begins
+// when nothing runs, and nothing begins beside it: if it ends its worker, no other job is lost. Jobs that were claimed
+// before it begin before it, and nothing is claimed until it has ended.
 //
 // No other worker can run a buffered job. So only small jobs of batches are buffered beyond the free threads, whose
 // runs may be shorter than a claim, and no more than take about a second.
@@ -30,7 +30,7 @@ class ClaimBuffer {
   static constexpr std::size_t kRefillBelow = 32;
   static constexpr std::uint64_t kMostBytes = static_cast<std::uint64_t>(store::JobStore::kBytesOfOneSecond) / 2;
   static constexpr std::uint64_t kSmallBytes = std::uint64_t{4} << 20;
-  static constexpr std::chrono::milliseconds kSoon{250};  // after the claim
+  static constexpr std::chrono::seconds kSoon{5};  // after the claim
 
   explicit ClaimBuffer(std::size_t threads) : threads_(threads) {}
 

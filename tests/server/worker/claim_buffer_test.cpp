@@ -63,6 +63,10 @@ TEST_CASE("claim buffer: a small job of a batch is waited for while its blobs ar
     CHECK(buffer.take(kNow) == next);
   }
   SUBCASE("it is not") { CHECK(buffer.take(kNow + ClaimBuffer::kSoon) == next); }
+  SUBCASE("it could not be opened") {
+    quick->failures = 1;
+    CHECK(buffer.take(kNow) == next);
+  }
 }
 
 TEST_CASE("claim buffer: a suspected job that must wait for the end of others is not waited for") {
