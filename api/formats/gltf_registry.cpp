@@ -65,6 +65,9 @@ constexpr GltfExtension kKnown[] = {
     {"GRIFFEL_bim_data", same},
     {"NEEDLE_components", same},
     {"NEEDLE_gameobject_data", same},
+    {"MOZ_hubs_components", same},
+    {"EPIC_lightmap_textures", same},
+    {"KHR_interactivity", same},
 };
 
 // Families that change materials, textures, lights, sounds or metadata.
@@ -74,7 +77,7 @@ constexpr std::string_view kHarmlessFamilies[] = {
     "KHR_xmp",        "KHR_audio",       "MSFT_audio_",      "EXT_audio_"};
 
 // Physics, sounds and places for users of virtual worlds; some name shapes, which are not shown.
-constexpr std::string_view kSameFamilies[] = {"OMI_"};
+constexpr std::string_view kSameFamilies[] = {"OMI_", "ASOBO_"};
 
 bool is_in(std::span<const std::string_view> families, std::string_view name) {
   return std::ranges::any_of(families, [&](std::string_view family) { return name.starts_with(family); });

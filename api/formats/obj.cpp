@@ -210,12 +210,22 @@ const char* ObjReader::resolve(std::int64_t index, const char* place) {
   return place;
 }
 
-// Skips to the end of the statement; refuses binary data.
+// Skips to the end of the statement; a comment does not continue. Refuses binary data, and a line joined to it that
+// begins with a statement of the surface: the '\' is then the end of a name or a path.
 const char* ObjReader::pass_over(const char* p, bool continues) {
   for (; p != end_ && !is_newline(*p); ++p) {
     if (*p == '\0') return binary_data(p);
+    continues = continues && !(*p == '#' && is_space(p[-1]));
     if (*p != '\\' || !continues) continue;
-    if (const char* next = end_of_continuation(p)) p = next - 1;
+    const char* const next = end_of_continuation(p);
+    if (next == nullptr) continue;
+    const char* const line = skip_blanks(next, end_);
+    if (const std::string_view word = word_at(line, end_); is_shape(word)) {
+      return fail(line, ErrorCode::unreadable_mesh,
+                  "'\\' at the end of the line before joins the statement " + in_quotes(word) +
+                      " to that line; remove the '\\'");
+    }
+    p = next - 1;
   }
   return p;
 }
@@ -240,6 +250,7 @@ void ObjReader::end_object() {
 // Reads the names of the groups that the faces after it belong to. A line of millions would take 16 bytes a name.
 const char* ObjReader::group(const char* p) {
   end_groups();
+  if (pass_over(p, true) == nullptr) return nullptr;
   for (p = blanks(p); !at_line_end(p) && *p != '#'; p = blanks(p)) {
     if (names_.size() == kMostGroupRanges) return groups_.give_up(), pass_over(p, true);
     const char* const name = p;

@@ -37,30 +37,69 @@ constexpr Statement kShapes[] = {
     {"call", ObjRole::surface, "included files (call)"},
     {"csh", ObjRole::surface, "commands (csh)"},
 };
-constexpr Statement kOthers[] = {
-    {"s", ObjRole::beside_points},      {"usemtl", ObjRole::beside_points}, {"mtllib", ObjRole::beside_points},
-    {"usemap", ObjRole::attribute},     {"maplib", ObjRole::attribute},     {"mg", ObjRole::attribute},
-    {"lod", ObjRole::attribute},        {"bevel", ObjRole::attribute},      {"c_interp", ObjRole::attribute},
-    {"d_interp", ObjRole::attribute},   {"ctech", ObjRole::attribute},      {"stech", ObjRole::attribute},
-    {"shadow_obj", ObjRole::attribute}, {"trace_obj", ObjRole::attribute},  {"cstype", ObjRole::attribute},
-    {"deg", ObjRole::attribute},        {"bmat", ObjRole::attribute},       {"step", ObjRole::attribute},
-    {"parm", ObjRole::attribute},       {"trim", ObjRole::attribute},       {"hole", ObjRole::attribute},
-    {"scrv", ObjRole::attribute},       {"sp", ObjRole::attribute},         {"end", ObjRole::attribute},
-    {"con", ObjRole::attribute},        {"res", ObjRole::attribute},        {"vc", ObjRole::attribute},  // colours
-    {"vw", ObjRole::attribute}};  // weights of joints
+constexpr Statement kOthers[] = {{"s", ObjRole::beside_points},
+                                 {"usemtl", ObjRole::beside_points},
+                                 {"mtllib", ObjRole::beside_points},
+                                 {"usemap", ObjRole::attribute},
+                                 {"maplib", ObjRole::attribute},
+                                 {"mg", ObjRole::attribute},
+                                 {"lod", ObjRole::attribute},
+                                 {"bevel", ObjRole::attribute},
+                                 {"c_interp", ObjRole::attribute},
+                                 {"d_interp", ObjRole::attribute},
+                                 {"ctech", ObjRole::attribute},
+                                 {"stech", ObjRole::attribute},
+                                 {"shadow_obj", ObjRole::attribute},
+                                 {"trace_obj", ObjRole::attribute},
+                                 {"cstype", ObjRole::attribute},
+                                 {"deg", ObjRole::attribute},
+                                 {"bmat", ObjRole::attribute},
+                                 {"step", ObjRole::attribute},
+                                 {"parm", ObjRole::attribute},
+                                 {"trim", ObjRole::attribute},
+                                 {"hole", ObjRole::attribute},
+                                 {"scrv", ObjRole::attribute},
+                                 {"sp", ObjRole::attribute},
+                                 {"end", ObjRole::attribute},
+                                 {"con", ObjRole::attribute},
+                                 {"res", ObjRole::attribute},
+                                 {"vc", ObjRole::attribute},  // colours
+                                 {"vw", ObjRole::attribute},  // weights of joints
+                                 // Materials, which belong into a file of their own.
+                                 {"newmtl", ObjRole::attribute},
+                                 {"ka", ObjRole::attribute},
+                                 {"kd", ObjRole::attribute},
+                                 {"ks", ObjRole::attribute},
+                                 {"ke", ObjRole::attribute},
+                                 {"ns", ObjRole::attribute},
+                                 {"ni", ObjRole::attribute},
+                                 {"tr", ObjRole::attribute},
+                                 {"tf", ObjRole::attribute},
+                                 {"d", ObjRole::attribute},
+                                 {"illum", ObjRole::attribute},
+                                 {"sharpness", ObjRole::attribute},
+                                 {"bump", ObjRole::attribute},
+                                 {"disp", ObjRole::attribute},
+                                 {"decal", ObjRole::attribute},
+                                 {"refl", ObjRole::attribute}};
 
 const Statement* shape(std::string_view word) {
   const auto found = std::ranges::find(kShapes, word, &Statement::word);
   return found == std::end(kShapes) ? nullptr : found;
 }
 
-// A number, a sign or a comma behind the letters; "f_name" may be another word.
-bool is_joined(char next) { return !is_letter(next) && next != '_'; }
+// What joins a number to the letters; "f_name" and "p:" may be other words.
+bool is_joined(char next) {
+  return is_digit(next) || std::string_view("+-.,;(/\\").find(next) != std::string_view::npos;
+}
 
 }  // namespace
 
+bool is_shape(std::string_view word) { return shape(word) != nullptr; }
+
 ObjRole role_of_obj(std::string_view word) {
   if (const Statement* known = shape(word)) return known->role;
+  if (same_word(word.substr(0, 4), "map_")) return ObjRole::attribute;
   for (const Statement& other : kOthers) {
     if (same_word(word, other.word)) return other.role;  // "USEMTL red" is no surface either
   }

@@ -21,6 +21,9 @@ enum class ObjRole {
 // Returns the role of a statement by its first word. Constant time.
 ObjRole role_of_obj(std::string_view word);
 
+// Returns true for a word that begins a statement of vertices, faces, groups, lines or surfaces.
+bool is_shape(std::string_view word);
+
 // Returns the statement for which an unknown word was probably meant: "f" for "F", "F1" and "f1,2,3". Readers that pass
 // over such a word lose a face or shift the indices of all others. Empty: none.
 std::string_view meant_statement(std::string_view word);

@@ -72,6 +72,13 @@ bool are_lines(const PlyElement& element) {
   return is_one_of(lower_case(element.name), kNames);
 }
 
+bool is_attribute(const PlyProperty& property) {
+  constexpr std::string_view kWords[] = {"tex", "uv", "normal", "color", "colour", "material"};
+  std::string name = lower_case(property.name.substr(0, 64));                           // names have any length
+  while (name.find("vertex") != std::string::npos) name.erase(name.find("vertex"), 6);  // has "tex"
+  return has_one_of(name, kWords);
+}
+
 // Whether a property is one vertex of several: "v1", "vertex2".
 bool is_corner(const PlyProperty& property) {
   if (property.is_list || !is_integer(property.type) || property.name.empty() || !is_digit(property.name.back())) {
@@ -82,25 +89,26 @@ bool is_corner(const PlyProperty& property) {
                    std::array<std::string_view, 3>{"v", "vertex", "vertex_"});
 }
 
-// Whether an element that is not read may be surface: because of a list, which may hold corners, of its name, or of
-// three corners in properties of their own.
+// Whether a property may be one vertex of several under any name. A byte is a colour.
+bool may_be_corner(const PlyProperty& property) {
+  return is_corner(property) || (!property.is_list && is_integer(property.type) && size_of(property.type) > 1);
+}
+
+// Whether an element that is not read may be surface: because of a list that may hold corners or points, or of three
+// properties that may be corners.
 bool may_be_surface(const PlyElement& element) {
   constexpr std::string_view kNeverSurface[] = {"camera", "cameras", "material", "materials", "texture", "textures"};
-  constexpr std::string_view kSurfaces[] = {"face", "facet", "polyg", "triang", "quad",  "tetra",
-                                            "hexa", "cell",  "strip", "fan",    "patch", "surf"};
   const std::string name = lower_case(element.name);
   if (element.properties.empty() || is_one_of(name, kNeverSurface) || are_lines(element)) return false;
-  return std::ranges::any_of(element.properties, &PlyProperty::is_list) || has_one_of(name, kSurfaces) ||
-         std::ranges::count_if(element.properties, is_corner) >= 3;
+  const auto holds_points = [](const PlyProperty& property) { return property.is_list && !is_attribute(property); };
+  return std::ranges::any_of(element.properties, holds_points) ||
+         std::ranges::count_if(element.properties, may_be_corner) >= 3;
 }
 
 }  // namespace
 
 bool may_hold_corners(const PlyProperty& property) {
-  constexpr std::string_view kAttributes[] = {"tex", "uv", "normal", "color", "colour", "material"};
-  std::string name = lower_case(property.name.substr(0, 64));                           // names have any length
-  while (name.find("vertex") != std::string::npos) name.erase(name.find("vertex"), 6);  // has "tex"
-  return property.is_list && is_integer(property.type) && !has_one_of(name, kAttributes);
+  return property.is_list && is_integer(property.type) && !is_attribute(property);
 }
 
 Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
@@ -118,6 +126,7 @@ Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
   layout.only_points = true;
   for (const PlyElement& element : header.elements) {
     if (&element == layout.vertex || &element == face || &element == strip) continue;
+    if (element.count == 0 && std::ranges::none_of(element.properties, &PlyProperty::is_list)) continue;
     const bool lines = are_lines(element), surface = may_be_surface(element);
     layout.only_points = layout.only_points && !lines && !surface;
     if (lines && !element.properties.empty()) layout.lines += element.count;

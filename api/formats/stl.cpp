@@ -13,12 +13,13 @@ bool starts_with_word(std::string_view text, std::string_view lower_case) {
   return same_word(text.substr(0, lower_case.size()), lower_case);
 }
 
-// Returns true when the beginning is text. The header of a binary file may be text, too, but its count and its normals
-// contain bytes that no text has.
-bool is_text(std::string_view text) {
-  return !text.empty() && std::ranges::none_of(text.substr(0, 1024), [](char c) {
-    return static_cast<unsigned char>(c) < ' ' && !is_space(c);
-  });
+// Returns the place of the first byte at the beginning that no text has; npos: there is none. The header of a binary
+// file may be text, too, but its count and its normals contain such bytes.
+std::size_t first_control(std::string_view text) {
+  const std::string_view start = text.substr(0, 1024);
+  const auto found =
+      std::ranges::find_if(start, [](char c) { return static_cast<unsigned char>(c) < ' ' && !is_space(c); });
+  return found == start.end() ? std::string_view::npos : static_cast<std::size_t>(found - start.begin());
 }
 
 // Returns true when a line begins with `word`.
@@ -49,7 +50,11 @@ Error not_solid(const Source& source, std::string_view text) {
 Result<ReadMesh> read_stl(const Source& source) {
   const std::string_view whole = source.text();
   const std::string_view text = whole.substr(0, length_without_padding(whole));
-  if (is_binary_stl(source.bytes) || !is_text(text)) return read_binary_stl(source);
+  if (text.empty() || is_binary_stl(source.bytes)) return read_binary_stl(source);
+  if (const std::size_t control = first_control(text); control != std::string_view::npos) {
+    if (!starts_with_word(text, "solid") || !has_line(text, "facet")) return read_binary_stl(source);
+    return at_line(source, text.data() + control, ErrorCode::unreadable_mesh, "binary data in a text file");
+  }
   const char* const end = text.data() + text.size();
   const char* const first = skip_spaces(after_mark(text), end);
   if (starts_with_word({first, end}, "solid")) return read_without_padding(source, read_ascii_stl);

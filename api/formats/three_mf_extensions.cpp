@@ -12,7 +12,8 @@ constexpr std::string_view kCore = "http://schemas.microsoft.com/3dmanufacturing
 // The namespaces that are read or do not affect the surface.
 constexpr std::string_view kUnderstood[] = {kCore, kMfProduction,
                                             "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
-                                            "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07"};
+                                            "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
+                                            "http://software.ultimaker.com/xml/cura/3mf/2015/10"};
 // Prefixes of the standard's namespaces; others are metadata of some program.
 constexpr std::string_view kStandards[] = {"http://schemas.microsoft.com/3dmanufacturing/",
                                            "http://schemas.3mf.io/3dmanufacturing/"};
@@ -75,7 +76,14 @@ XmlDefect unsupported_mf_geometry(const XmlName& element) {
 }
 
 std::optional<XmlDefect> check_mf_attributes(const XmlAttributes& attributes) {
+  constexpr std::string_view kCoreAttributes[] = {
+      "unit", "requiredextensions", "type", "objectid", "transform", "printable", "v1", "v2", "v3", "x", "y", "z"};
   for (const auto& [name, value] : attributes.prefixed()) {
+    const bool is_ours = name.space.empty() || name.space == kCore;
+    if (is_ours && std::ranges::find(kCoreAttributes, name.local) != std::end(kCoreAttributes)) {
+      return malformed_xml("the attribute " + in_quotes(name.written) + " has a prefix; 3MF writes " +
+                           in_quotes(name.local) + " without one");
+    }
     if (name.space.empty() && name.local == "path") {
       return malformed_xml("the attribute " + in_quotes(name.written) +
                            " names another part, but its prefix is not declared");

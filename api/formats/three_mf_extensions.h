@@ -35,7 +35,8 @@ MfOrigin origin_of(const XmlName& name);
 XmlDefect unsupported_mf_geometry(const XmlName& element);
 
 // Refuses attributes of an element with geometry that say that the surface is elsewhere: a mesh of low resolution
-// beside slices or alternatives, and a path whose prefix is not declared.
+// beside slices or alternatives, a path whose prefix is not declared, and attributes of 3MF itself with a prefix, which
+// others may read.
 std::optional<XmlDefect> check_mf_attributes(const XmlAttributes& attributes);
 
 // Refuses an attribute that differs from one of `known` only by upper and lower case.

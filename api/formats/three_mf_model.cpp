@@ -102,6 +102,8 @@ const ModelReader::Rule ModelReader::kRules[] = {
     {Place::build, "item", Place::leaf, &ModelReader::item},
     {Place::object, "metadatagroup", Place::metadata, nullptr},
     {Place::metadata, "metadata", Place::skipped, &ModelReader::metadata},
+    {Place::object, "settings", Place::metadata, nullptr},  // written by Cura before 4.0
+    {Place::metadata, "setting", Place::skipped, &ModelReader::metadata},
 };
 
 void ModelReader::declare(std::string_view prefix, std::string_view name_space) {
@@ -150,7 +152,8 @@ Defect ModelReader::unknown(const XmlName& name, Place parent) {
 }
 
 Defect ModelReader::unknown_core(const XmlName& name, Place parent) {
-  if (name.local == "metadata" || name.local == "metadatagroup") return std::nullopt;
+  constexpr std::string_view kNoSurface[] = {"metadata", "metadatagroup", "settings", "setting"};
+  if (std::ranges::find(kNoSurface, name.local) != std::end(kNoSurface)) return std::nullopt;
   const bool is_geometry =
       std::ranges::any_of(kRules, [&](const Rule& rule) { return same_word(name.local, rule.name); });
   if (!is_geometry && may_hold_others(parent)) return std::nullopt;
@@ -160,7 +163,9 @@ Defect ModelReader::unknown_core(const XmlName& name, Place parent) {
   }
   std::string known;
   for (const Rule& rule : kRules) {
-    if (rule.parent == parent) known += (known.empty() ? "" : ", ") + ("'" + std::string(rule.name) + "'");
+    const bool is_surface = std::ranges::find(kNoSurface, rule.name) == std::end(kNoSurface);
+    if (rule.parent == parent && is_surface)
+      known += (known.empty() ? "" : ", ") + ("'" + std::string(rule.name) + "'");
   }
   return malformed_xml(where + " is unknown; 3MF has " + (known.empty() ? "none" : known) + " there");
 }
@@ -183,8 +188,9 @@ void ModelReader::count_unread(const std::string& kind) {
 // Attributes of vendors, such as supports painted on triangles, have no effect on the surface.
 Defect ModelReader::check_attributes(const XmlAttributes& attributes, std::string_view element) {
   const Place place = places_.back();
-  if (place == Place::model || place == Place::resources || place == Place::skipped) return std::nullopt;
+  if (place == Place::resources || place == Place::skipped) return std::nullopt;
   if (auto defect = check_mf_attributes(attributes)) return defect;
+  if (place == Place::model) return std::nullopt;
   for (const auto& [name, value] : attributes.prefixed()) {
     if (origin_of(name) != MfOrigin::standard || name.local.ends_with("resolution")) continue;
     count_unread("attributes " + in_quotes(name.written) + " of " + in_quotes(element));
@@ -259,7 +265,11 @@ Defect ModelReader::triangle(const XmlAttributes& attributes) {
   unsigned seen = 0;
   for (const char* const* pair = attributes.pairs(); *pair != nullptr; pair += 2) {
     const char* name = pair[0];
-    if (name[0] != 'v' || name[1] < '1' || name[1] > '3' || name[2] != '\0') continue;
+    if (name[0] != 'v' && name[0] != 'V') continue;
+    if (name[0] == 'V' || name[1] < '1' || name[1] > '3' || name[2] != '\0') {
+      if (!is_digit(name[1])) continue;
+      return malformed_xml("the attribute " + in_quotes(name) + " of a triangle is unknown; it has v1, v2 and v3");
+    }
     const auto corner = static_cast<unsigned>(name[1] - '1');
     std::int64_t index = 0;
     if (!read_natural(pair[1], index)) return malformed_xml(in_quotes(pair[1]) + " is not an index");
@@ -303,14 +313,17 @@ Defect ModelReader::component(const XmlAttributes& attributes) { return placemen
 Defect ModelReader::item(const XmlAttributes& attributes) {
   if (part_ != 0) return std::nullopt;
   if (auto defect = placement(attributes, document_.build)) return defect;
-  const char* const printable = attributes.find("printable");  // written by slicers
-  document_.build.back().printed = printable == nullptr || printable != std::string_view("0");
-  return std::nullopt;
+  const char* const found = attributes.find("printable");  // written by slicers, some of which take "true" for 0
+  const std::string_view printable = found != nullptr ? found : "1";
+  document_.build.back().printed = printable == "1";
+  if (printable == "1" || printable == "0" || printable == "false") return std::nullopt;
+  return malformed_xml("the attribute 'printable' is " + in_quotes(printable) + "; write '0' or '1'");
 }
 
 // Reads Cura's settings of an object.
 Defect ModelReader::metadata(const XmlAttributes& attributes) {
-  const char* const name = attributes.find("name");
+  const char* const key = attributes.find("key");  // of a setting
+  const char* const name = key != nullptr ? key : attributes.find("name");
   helper_setting_ = name != nullptr && is_mf_helper_setting(name);
   value_.clear();
   return std::nullopt;

@@ -10,7 +10,7 @@ namespace {
 constexpr std::string_view kXml = "http://www.w3.org/XML/1998/namespace";
 constexpr std::string_view kXmlns = "http://www.w3.org/2000/xmlns/";
 // Each name is compared with the namespace of its prefix, so a long one would cost its length at every element.
-constexpr std::size_t kLongestNamespace = 1024;
+constexpr std::size_t kLongestNamespace = 256;
 constexpr std::size_t kMostDeclared = 10'000;
 
 XmlDefect invalid(const std::string& what) { return {ErrorCode::unreadable_mesh, "not valid XML: " + what}; }
@@ -28,7 +28,7 @@ std::optional<std::string_view> XmlNamespaces::declared_by(std::string_view attr
 
 std::optional<XmlDefect> XmlNamespaces::declare(std::string_view prefix, std::string_view name_space, int depth) {
   if (name_space.size() > kLongestNamespace) {
-    return XmlDefect{ErrorCode::too_large, "the namespace " + in_quotes(name_space) + " has more than 1024 bytes"};
+    return XmlDefect{ErrorCode::too_large, "the namespace " + in_quotes(name_space) + " has more than 256 bytes"};
   }
   if (open_.size() == kMostDeclared) return XmlDefect{ErrorCode::too_large, "more than 10000 namespaces at a time"};
   if (prefix == "xml" && name_space == kXml) return std::nullopt;

@@ -41,7 +41,7 @@ class XmlNamespaces {
   static std::optional<std::string_view> declared_by(std::string_view attribute);
 
   // Declares a prefix, "" for the default namespace, for the element at `depth` and those inside. Refuses what XML
-  // does not allow, namespaces of more than 1024 bytes and more than 10,000 declarations at a time.
+  // does not allow, namespaces of more than 256 bytes and more than 10,000 declarations at a time.
   std::optional<XmlDefect> declare(std::string_view prefix, std::string_view name_space, int depth);
 
   // Ends the declarations of the element at `depth`.

@@ -102,7 +102,11 @@ class Expansion {
   bool is_taken(const std::string& path) const {
     const fs::path file = as_written(folder_, path);
     const auto [from, to] = taken_.equal_range(spelling_key(file.string()));
-    return std::any_of(from, to, [&](const auto& one) { return one.second == file || is_same_file(one.second, file); });
+    const auto same = [&](const auto& one) { return one.second == file || is_same_file(one.second, file); };
+    if (std::any_of(from, to, same)) return true;
+    std::error_code none;
+    return fs::is_symlink(file, none) &&
+           std::any_of(taken_.begin(), taken_.end(), [&](const auto& one) { return is_same_file(one.second, file); });
   }
 
   void check_passed_over(const Found& found) {

@@ -18,11 +18,11 @@ namespace fs = std::filesystem;
 
 // Number of bytes of a blank at the beginning of the text: ASCII, no-break, of the blocks of punctuation and of CJK.
 std::size_t blank_at(std::string_view text) {
-  if (text.starts_with(' ') || text.starts_with('\t')) return 1;
+  if (!text.empty() && std::string_view(" \t\r\n\v\f").find(text[0]) != std::string_view::npos) return 1;
   if (text.empty() || static_cast<unsigned char>(text[0]) < 0x80) return 0;
   const Character first = decode(text);
-  const bool blank = first.code == 0xA0 || (first.code >= 0x2000 && first.code <= 0x200B) || first.code == 0x202F ||
-                     first.code == 0x3000 || first.code == 0xFEFF;
+  const bool blank = first.code == 0xA0 || (first.code >= 0x2000 && first.code <= 0x200F) || first.code == 0x202F ||
+                     first.code == 0x2060 || first.code == 0x3000 || first.code == 0xFEFF;
   return blank ? first.bytes : 0;
 }
 

@@ -34,14 +34,13 @@ std::optional<gid_t> sharing_group(const std::string& path) {
   return folder.st_gid == 0 || inherited ? std::optional(folder.st_gid) : std::nullopt;
 }
 
-// Gives the group the rights of the owner, if the file or folder has just the owner's and is of that group.
-template <class Stat, class Change>
-void share(gid_t group, Stat stat, Change change) {
-  struct stat made {};
-  if (stat(&made) != 0 || made.st_gid != group || made.st_uid != ::geteuid()) return;
-  const mode_t rights = made.st_mode & ~static_cast<mode_t>(S_IFMT);
+// Gives the group the rights of the owner, if what this process has made is of that group.
+void share(gid_t group, int made) {
+  struct stat status {};
+  if (::fstat(made, &status) != 0 || status.st_gid != group || status.st_uid != ::geteuid()) return;
+  const mode_t rights = status.st_mode & ~static_cast<mode_t>(S_IFMT);
   const mode_t shared = rights | ((rights & S_IRWXU) >> 3U);
-  if (shared != rights) (void)change(shared);  // if it fails, this user can use it all the same
+  if (shared != rights) (void)::fchmod(made, shared);  // if it fails, this user can use it all the same
 }
 
 std::string user_and_group(std::uint64_t user, std::uint64_t group) {
@@ -90,22 +89,22 @@ Result<bool> make_folder(const std::string& path) {
     return access_error(errno, "the folder '" + path + "' cannot be made", folder_of(path));
   }
   if (group) {
-    share(
-        *group, [&](struct stat* made) { return ::stat(path.c_str(), made); },
-        [&](mode_t rights) { return ::chmod(path.c_str(), rights); });
+    // By a descriptor: another member of the group may put a link in its place.
+    if (const Descriptor made(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)); made) {
+      share(*group, made.get());
+    }
   }
   return true;
 }
 
 Descriptor open_file(const std::string& path, int flags) {
-  Descriptor file(::open(path.c_str(), flags | O_CLOEXEC, 0600));
-  if (!file || (flags & O_CREAT) == 0) return file;
-  if (const auto group = sharing_group(path)) {
-    share(
-        *group, [&](struct stat* made) { return ::fstat(file.get(), made); },
-        [&](mode_t rights) { return ::fchmod(file.get(), rights); });
-  }
-  return file;
+  const auto group = (flags & O_CREAT) != 0 ? sharing_group(path) : std::nullopt;
+  if (!group) return Descriptor(::open(path.c_str(), flags | O_CLOEXEC, 0600));
+  // Any member of the group may have put a link there; and a file that exists keeps its rights.
+  Descriptor made(::open(path.c_str(), flags | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+  if (made) share(*group, made.get());
+  if (made || errno != EEXIST || (flags & O_EXCL) != 0) return made;
+  return Descriptor(::open(path.c_str(), (flags & ~O_CREAT) | O_NOFOLLOW | O_CLOEXEC));
 }
 
 Error access_error(int error_number, const std::string& what, const std::string& path) {

@@ -17,6 +17,7 @@ namespace meshgauge::server::store {
 Result<bool> make_folder(const std::string& path);
 
 // As open() with O_CLOEXEC. A file that it makes has mode 0600; within a shared folder 0660, whatever the umask is.
+// Where it may make a file in a shared folder, it follows no link at `path`: ELOOP.
 Descriptor open_file(const std::string& path, int flags);
 
 // As storage_error() for what cannot be done with `path`. If permission was denied, it also says which user the process

@@ -126,7 +126,7 @@ TEST_CASE("obj: line ends, byte order mark and continuation lines") {
 TEST_CASE("obj: statements other than faces and vertices are ignored") {
   const Mesh plain = mesh_of_obj(kUnitCorners + "f 1 2 3\n");
   check_same(mesh_of_obj("# f 1 2 3 \\\n" + kUnitCorners +
-                         "mtllib ../../etc/passwd\ng a f 1 2 3\no f\nusemtl \\\nf 9 9 9\nvn 0 0 1\nvt nan\ns off\n"
+                         "mtllib ../../etc/passwd\ng a f 1 2 3\no f\nusemtl \\\nx 9 9 9\nvn 0 0 1\nvt nan\ns off\n"
                          "USEMTL a\nlod 3\nbevel on\nc_interp on\nmg 1 2\nshadow_obj x\nf 1 2 3\n#"),
              plain);
   const auto result = read(kUnitCorners + kAttributes + "f 1 2 3\n", "m.obj");
@@ -329,6 +329,23 @@ TEST_CASE("obj: statements in capitals or joined to their numbers are refused wi
     }
   }
   check_same(mesh_of_obj(kUnitCorners + "fo\\\n 1 2 3\n"), mesh_of_obj(kUnitCorners + "f 1 2 3\n"));
+}
+
+TEST_CASE("obj: a name or a path that ends in a backslash joins no statement of the surface, a comment no line") {
+  for (const std::string line : {"usemtl C:\\m\\", "mtllib C:\\m\\", "o a\\", "g C:\\p\\", "vn 0 0 1 \\"}) {
+    const std::string file = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" + line + "\nf 3 2 1\n";
+    INFO(line);
+    CHECK(refusal(file, "m.obj") ==
+          "line 6 of 'a': '\\' at the end of the line before joins the statement 'f' to that "
+          "line; remove the '\\'");
+    CHECK(read("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + line + "\n1\nf 3 2 1\n", "m.obj").ok());
+  }
+  for (const std::string line : {"usemtl m # c:\\x\\", "s 1 # \\", "g a # \\"}) {
+    const auto result = read("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + line + "\nf 1 2 3\n", "m.obj");
+    REQUIRE(result.ok());
+    CHECK(result->mesh.triangles.size() == 1);
+  }
+  CHECK(read("v 0 0 0\nv 1 0 0\nv 0 1 0\nnewmtl a\nKd 1 0 0\nmap_Kd a.png\nf 1 2 3\n", "m.obj")->notes.remarks.empty());
 }
 
 TEST_CASE("obj: NUL and 0x1A bytes after the last line are noted") {

@@ -129,8 +129,15 @@ TEST_CASE("ply: elements that may be surface are noted, or refused where there i
         std::vector<std::string>{unread + "elements 'bezier': 1"});
   CHECK(remarks("element polygon 1\n" + list + "element cell 1\n" + corners, "3 0 1 2\n0 1 2\n").size() == 2);
   CHECK(remarks("element polygon 0\n" + list, "").empty());
-  CHECK(remarks("element materials 1\nproperty list uchar int ids\nelement sensor 1\n" + corners, "1 7\n0 1 2\n")
+  CHECK(remarks("element materials 1\nproperty list uchar int ids\nelement sensor 1\nproperty int a\nproperty int b\n",
+                "1 7\n0 1\n")
             .empty());
+  CHECK(remarks("element multi_texture_face 1\nproperty uchar tx\nproperty list uchar int texture_vertex_indices\n"
+                "element tint 1\nproperty uchar r\nproperty uchar g\nproperty uchar b\n",
+                "0 3 0 1 2\n1 2 3\n")
+            .empty());
+  CHECK(read(header("ascii", kVertexElement + "element triangles 0\n" + corners) + kAsciiBody.substr(0, 26), "m.ply")
+            ->notes.cloud);
 
   const std::string only =
       header("ascii", kVertexElement + "element triangle 1\n" + corners) + kAsciiBody.substr(0, 26) + "0 1 2\n";

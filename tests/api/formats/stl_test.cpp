@@ -209,6 +209,12 @@ TEST_CASE("stl: ascii with a byte order mark, and with NUL or 0x1A bytes after i
   CHECK(!read("solid a\n" + kAscii + '\x1A' + kAscii, "m.stl"));
 }
 
+TEST_CASE("stl: ascii with control bytes is refused with their line") {
+  CHECK(refusal(std::string("solid a\n\1\n") + kAscii + "endsolid a\n", "m.stl") ==
+        "line 2 of 'a': binary data in a text file");
+  CHECK(contains(refusal(std::string("solid a\0\n", 9) + kAscii, "m.stl"), "line 1 of 'a': binary data"));
+}
+
 TEST_CASE("stl: ascii whose endsolid is joined to the name ends the solid, with a remark") {
   const auto joined = read("solid AssimpScene\n" + kAscii + "endsolidAssimpScene\n", "m.stl");
   REQUIRE(joined.ok());

@@ -141,7 +141,12 @@ TEST_CASE("3mf: items marked as not printable") {
   CHECK(again.notes.helper_objects == 1);
   CHECK(good_3mf(package(model(triangle_object(1), "<item objectid=\"1\" printable=\"1\"/>"))).mesh.triangles.size() ==
         1);
+  CHECK(
+      good_3mf(package(model(resources, kItem + "<item objectid=\"2\" printable=\"false\"/>"))).notes.helper_objects ==
+      1);
   CHECK(contains(refused_3mf(resources, "<item objectid=\"2\" printable=\"0\"/>"), "marked as not printable"));
+  CHECK(contains(refused_3mf(resources, "<item objectid=\"2\" printable=\"true\"/>"),
+                 "'printable' is 'true'; write '0'"));
 }
 
 TEST_CASE("3mf: the helper meshes of Cura") {
@@ -163,6 +168,16 @@ TEST_CASE("3mf: the helper meshes of Cura") {
   CHECK(
       good_3mf(package(model(triangle_object(1) + with("cura:infill_pattern", "True"), both))).mesh.triangles.size() ==
       2);
+  for (const std::string prefix : {"", "cura:"}) {  // as older versions wrote them
+    std::string object = triangle_object(2);
+    object.insert(object.find("<mesh>"), "<" + prefix + "settings><" + prefix + "setting key=\"support_mesh\">True</" +
+                                             prefix + "setting></" + prefix + "settings>");
+    const std::string attributes = "xmlns:cura=\"http://software.ultimaker.com/xml/cura/3mf/2015/10\"";
+    const ReadMesh read = good_3mf(package(model(triangle_object(1) + object, both, attributes)));
+    CHECK(read.mesh.triangles.size() == (prefix.empty() ? 1 : 2));
+    CHECK(read.notes.helper_objects == (prefix.empty() ? 1 : 0));
+    CHECK(read.notes.remarks.empty());
+  }
 }
 
 TEST_CASE("3mf: volumes of PrusaSlicer, by ranges of triangles") {

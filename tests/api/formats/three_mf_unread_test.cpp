@@ -51,7 +51,7 @@ TEST_CASE("3mf unread: an element of the core that 3MF does not have there is re
   const std::pair<const char*, const char*> others[] = {
       {"</vertices>", "inside 'vertices' is unknown; 3MF has 'vertex' there"},
       {"</mesh>", "inside 'mesh' is unknown; 3MF has 'vertices', 'triangles' there"},
-      {"</object>", "inside 'object' is unknown; 3MF has 'mesh', 'components', 'metadatagroup' there"}};
+      {"</object>", "inside 'object' is unknown; 3MF has 'mesh', 'components' there"}};
   for (const auto& [place, what] : others) CHECK(contains(refused(with(place, "<facet/>")), what));
   CHECK(contains(refused("<object id=\"2\"><components><part/></components></object>"),
                  "'part' inside 'components' is unknown; 3MF has 'component' there"));
@@ -62,6 +62,21 @@ TEST_CASE("3mf unread: an element of the core that 3MF does not have there is re
                  "the element 'Object' inside 'resources' is unknown; 3MF has 'object' there"));
   std::string twice = package(model(triangle_object(1), kItem + "</build><Build>" + kItem + "</Build><build>"));
   CHECK(contains(refusal(twice, "m.3mf"), "the element 'Build' inside 'model' is unknown"));
+}
+
+TEST_CASE("3mf unread: attributes of 3MF itself with a prefix, and a fourth corner, are refused") {
+  const std::string core = "xmlns:q=\"" + kStandards + "core/2015/02\"";
+  const std::string moved = "<item objectid=\"1\" q:transform=\"1 0 0 0 1 0 0 0 1 5 0 0\"/>";
+  for (const std::string& attributes : {core, std::string()}) {
+    CHECK(contains(refused(triangle_object(1), attributes, moved),
+                   "the attribute 'q:transform' has a prefix; 3MF writes 'transform' without one"));
+  }
+  CHECK(contains(refused(triangle_object(1), core + " q:unit=\"inch\""), "'q:unit' has a prefix"));
+  for (const char* corner : {"v4", "V3"}) {
+    std::string object = triangle_object(1);
+    object.insert(object.find("v1="), std::string(corner) + "=\"0\" ");
+    CHECK(contains(refused(object), "the attribute '" + std::string(corner) + "' of a triangle is unknown"));
+  }
 }
 
 TEST_CASE("3mf unread: elements of other namespaces in objects and in the build are counted and named") {

@@ -11,7 +11,7 @@ TAKEN = ["plain.obj", "BRACKET.obj", "Bracket.obj", "bracket.obj", "with blank.o
          "back\\slash.obj", "a.b.obj", "x.OBJ.obj", "\u00e4.obj", "\u00c4.obj", "(1).obj", "[1].obj", "{stem}.obj", "quote'.obj"]
 BY_CASE = ["CAP.OBJ", "cap.Obj", "lid.oBj", "LID.obJ", "Pin.OBj", "pin.ObJ", "Plate.oBJ", "\u00d6l.OBJ", "two words.OBJ", "back\\case.OBJ",
            "two\nlines.OBJ"]
-BY_BLANKS = ["after.obj ", "twice.obj  ", "AFTER.OBJ ", "tab.obj\t", "no-break.obj\u00a0", "behind the dot. obj"]
+BY_BLANKS = ["after.obj ", "carriage.obj\r", "AFTER.OBJ ", "tab.obj\t", "no-break.obj\u00a0", "behind the dot. obj"]
 HIDDEN = [".hidden.obj", "._BRACKET.obj", "._CAP.OBJ", ".Hidden.Obj"]
 ARCHIVED = ["parts\\flat.obj", "PARTS\\upper.OBJ"]  # beside the folder
 MANIFEST = """version: 1
@@ -22,7 +22,7 @@ gates:
 
 
 def shown(name):
-    return name.replace("\n", "?").replace("\t", "?")
+    return name.replace("\n", "?").replace("\t", "?").replace("\r", "?")
 
 
 class PassedOver(Workplace):

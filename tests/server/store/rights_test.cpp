@@ -42,6 +42,24 @@ Made made_in(const std::string& folder, mode_t mode) {
 
 }  // namespace
 
+TEST_CASE("rights: in a shared folder no link is followed, and what exists keeps its rights") {
+  const TestFolder folder;
+  REQUIRE(::chmod(folder.path().c_str(), 02770) == 0);
+  const TestFolder elsewhere;
+  const std::string victim = elsewhere.path() + "/victim", link = folder.path() + "/link";
+  REQUIRE(open_file(victim, O_RDWR | O_CREAT));
+  REQUIRE(::symlink(victim.c_str(), link.c_str()) == 0);
+  CHECK_FALSE(open_file(link, O_RDWR | O_CREAT));
+  CHECK(errno == ELOOP);
+  CHECK(mode_of(victim) == 0600);
+  const std::string own = folder.path() + "/own";
+  REQUIRE(open_file(own, O_RDWR | O_CREAT));
+  CHECK(mode_of(own) == 0660);
+  REQUIRE(::chmod(own.c_str(), 0600) == 0);
+  CHECK(open_file(own, O_RDWR | O_CREAT));
+  CHECK(mode_of(own) == 0600);
+}
+
 TEST_CASE("rights: what is made in a shared folder is shared, whatever the umask is") {
   const TestFolder folder;
   const mode_t before = ::umask(077);
