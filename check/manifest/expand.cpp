@@ -135,7 +135,7 @@ class Expansion {
     }
     for (const Match& match : *found) check_unmatched(entry, match.path);
     for (const PassedOver& file : passed_over(root(), pattern).files) {
-      if ((file.why & kOfLeadingDot) == 0 && !is_taken(file.path)) check_unmatched(entry, file.path);
+      if ((file.why & of_leading_dot) == 0 && !is_taken(file.path)) check_unmatched(entry, file.path);
     }
   }
 

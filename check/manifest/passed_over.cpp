@@ -70,14 +70,14 @@ class Look {
       std::error_code none;
       add_archived(entry, joined(written, name), name, i, why);
       if (entry.is_symlink(none) || !entry.is_directory(none)) return;
-      below(joined(written, name), i, why | (name.starts_with('.') ? unsigned{kOfLeadingDot} : 0U));
+      below(joined(written, name), i, why | (name.starts_with('.') ? unsigned{of_leading_dot} : 0U));
     });
   }
 
   void add(const fs::directory_entry& entry, const std::string& path, unsigned why) {
     std::error_code failed;
     if (why == 0 || (!entry.is_regular_file(failed) && !failed)) return;
-    if ((why & kOfLeadingDot) != 0 && !api::format_by_name(path)) return;
+    if ((why & of_leading_dot) != 0 && !api::format_by_name(path)) return;
     found.files.push_back({path, why});
   }
 
@@ -89,7 +89,7 @@ class Look {
     const std::vector<std::string> names = components(name);
     looked_at_ += names.size() * (parts_.size() - i);
     if (const auto more = differences(std::span(parts_).subspan(i), names))
-      add(entry, path, why | *more | kOfBackslash);
+      add(entry, path, why | *more | of_backslashes);
   }
 
   fs::path folder_;
@@ -134,7 +134,7 @@ PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern) {
   const Utf8Locale utf8;
   const std::string meant = with_slashes(pattern);
   Look look(folder, meant);
-  look.into(pattern.starts_with('/') ? "/" : "", 0, meant == pattern ? 0U : unsigned{kOfBackslash});
+  look.into(pattern.starts_with('/') ? "/" : "", 0, meant == pattern ? 0U : unsigned{of_backslashes});
   std::vector<PassedOver>& files = look.found.files;
   std::ranges::sort(files,
                     [](const auto& x, const auto& y) { return std::tie(x.path, x.why) < std::tie(y.path, y.why); });
@@ -147,10 +147,10 @@ std::vector<std::string> passed_over_in_words(std::string_view pattern, const st
   const Utf8Locale utf8;
   std::vector<std::string> by_case, by_blanks, by_backslash;
   for (const PassedOver& file : files) {
-    if ((file.why & kOfLeadingDot) != 0) continue;
-    ((file.why & kOfBackslash) != 0 ? by_backslash
-     : (file.why & kOfBlanks) != 0  ? by_blanks
-                                    : by_case)
+    if ((file.why & of_leading_dot) != 0) continue;
+    ((file.why & of_backslashes) != 0      ? by_backslash
+     : (file.why & of_blanks_at_ends) != 0 ? by_blanks
+                                           : by_case)
         .push_back(file.path);
   }
   std::vector<std::string> sentences;
@@ -163,7 +163,7 @@ std::vector<std::string> passed_over_in_words(std::string_view pattern, const st
 std::string hidden_in_words(std::string_view pattern, const PassedOverFiles& found) {
   std::vector<std::string> hidden;
   for (const PassedOver& file : found.files) {
-    if ((file.why & kOfLeadingDot) != 0) hidden.push_back(file.path);
+    if ((file.why & of_leading_dot) != 0) hidden.push_back(file.path);
   }
   std::string text;
   if (!hidden.empty())

@@ -149,13 +149,13 @@ std::string spelling_key(std::string_view name) {
 
 std::optional<unsigned> differences(const std::string& component, const std::string& name) {
   if (matches_file(component, name)) return 0U;
-  if (matches_by(component, name, FNM_PERIOD | FNM_CASEFOLD)) return kOfCase;
+  if (matches_by(component, name, FNM_PERIOD | FNM_CASEFOLD)) return of_upper_and_lower_case;
   const std::string plain_component = without_blanks(component), plain = without_blanks(name);
   if (!matches_by(plain_component, plain, FNM_CASEFOLD)) return std::nullopt;
   unsigned found = 0;
-  if (!matches_by(plain_component, plain, FNM_CASEFOLD | FNM_PERIOD)) found |= kOfLeadingDot;
-  if (!matches_by(plain_component, plain, 0)) found |= kOfCase;
-  if (!matches_by(component, name, FNM_CASEFOLD)) found |= kOfBlanks;
+  if (!matches_by(plain_component, plain, FNM_CASEFOLD | FNM_PERIOD)) found |= of_leading_dot;
+  if (!matches_by(plain_component, plain, 0)) found |= of_upper_and_lower_case;
+  if (!matches_by(component, name, FNM_CASEFOLD)) found |= of_blanks_at_ends;
   return found;
 }
 
@@ -166,7 +166,7 @@ std::optional<unsigned> differences(std::span<const std::string> parts, std::spa
     if (part == "**") {
       for (std::size_t j = 1; j < at.size(); ++j) {
         if (!at[j - 1]) continue;
-        const unsigned here = *at[j - 1] | (names[j - 1].starts_with('.') ? unsigned{kOfLeadingDot} : 0U);
+        const unsigned here = *at[j - 1] | (names[j - 1].starts_with('.') ? unsigned{of_leading_dot} : 0U);
         if (!at[j] || here < *at[j]) at[j] = here;
       }
       continue;

@@ -14,10 +14,10 @@ namespace meshgauge::check {
 
 // Differences between a pattern and a name. Several may come together.
 enum Difference : unsigned {
-  kOfCase = 1,
-  kOfBlanks = 2,      // at an end of a name, or behind its last dot
-  kOfBackslash = 4,   // where '/' separates folders
-  kOfLeadingDot = 8,  // which no wildcard matches
+  of_upper_and_lower_case = 1,
+  of_blanks_at_ends = 2,  // at an end of a name, or behind its last dot
+  of_backslashes = 4,     // where '/' separates folders
+  of_leading_dot = 8,     // which no wildcard matches
 };
 
 // Preconditions of all functions: a Utf8Locale lives.

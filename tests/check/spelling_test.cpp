@@ -21,22 +21,22 @@ TEST_CASE("spelling: what a pattern and a name differ by") {
   };
   for (const Row& row : {Row{"*.stl", "a.stl", 0U},
                          {"*.stl", "A.stl", 0U},
-                         {"*.stl", "a.STL", kOfCase},
-                         {"*.stl", "a.sTl", kOfCase},
-                         {"[a-c]*.stl", "B.stl", kOfCase},
-                         {"\xC3\xA4*.stl", "\xC3\x84x.stl", kOfCase},
-                         {"*.stl", "a.stl ", kOfBlanks},
-                         {"*.stl", "a. stl", kOfBlanks},
-                         {"*.stl", "a.stl\xC2\xA0", kOfBlanks},
-                         {"*.stl", "a.STL ", kOfBlanks | kOfCase},
-                         {"parts ", "parts", kOfBlanks},
-                         {"*.stl", ".a.stl", kOfLeadingDot},
-                         {"*.stl", "._A.STL", kOfLeadingDot | kOfCase},
+                         {"*.stl", "a.STL", of_upper_and_lower_case},
+                         {"*.stl", "a.sTl", of_upper_and_lower_case},
+                         {"[a-c]*.stl", "B.stl", of_upper_and_lower_case},
+                         {"\xC3\xA4*.stl", "\xC3\x84x.stl", of_upper_and_lower_case},
+                         {"*.stl", "a.stl ", of_blanks_at_ends},
+                         {"*.stl", "a. stl", of_blanks_at_ends},
+                         {"*.stl", "a.stl\xC2\xA0", of_blanks_at_ends},
+                         {"*.stl", "a.STL ", of_blanks_at_ends | of_upper_and_lower_case},
+                         {"parts ", "parts", of_blanks_at_ends},
+                         {"*.stl", ".a.stl", of_leading_dot},
+                         {"*.stl", "._A.STL", of_leading_dot | of_upper_and_lower_case},
                          {".*.stl", ".a.stl", 0U},
                          {"*.stl", "a.obj", std::nullopt},
                          {"*.stl", "a.stl.gz", std::nullopt},
                          {"a*.stl", "b.STL", std::nullopt},
-                         {"*.stl", "x\xFF.STL", kOfCase}}) {
+                         {"*.stl", "x\xFF.STL", of_upper_and_lower_case}}) {
     CAPTURE(row.pattern);
     CAPTURE(row.name);
     CHECK(differences(std::string(row.pattern), std::string(row.name)) == row.differ);
@@ -49,7 +49,7 @@ TEST_CASE("spelling: any folders of a path") {
   const auto of = [](const List& parts, const List& names) { return differences(parts, names); };
   CHECK(of({"a", "**", "*.stl"}, {"a", "x.stl"}) == 0U);
   CHECK(of({"a", "**", "*.stl"}, {"a", "b", "c", "x.stl"}) == 0U);
-  CHECK(of({"a", "**", "*.stl"}, {"A", "b", ".c", "x.stl"}) == (kOfCase | kOfLeadingDot));
+  CHECK(of({"a", "**", "*.stl"}, {"A", "b", ".c", "x.stl"}) == (of_upper_and_lower_case | of_leading_dot));
   CHECK(of({"a", "**", "c", "*.stl"}, {"a", "b", "x.stl"}) == std::nullopt);
   CHECK(of({"a"}, {"a", "x.stl"}) == std::nullopt);
 }
