@@ -92,7 +92,7 @@ bool looks_like_obj(std::string_view text) {
   constexpr std::string_view kStatements[] = {"v", "vn", "vt", "vp",     "f",      "l",  "p",
                                               "o", "g",  "s",  "mtllib", "usemtl", "mg", "cstype"};
   const char* const end = text.data() + text.size();
-  const char* p = text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  const char* p = after_mark(text);
   const auto is_comment = [end](const char* line) { return line != end && (*line == '#' || *line == '$'); };
   for (p = skip_spaces(p, end); is_comment(p); p = skip_spaces(p, end)) p = skip_line(p, end);
   const std::string_view word = word_at(p, end);
@@ -108,8 +108,7 @@ std::optional<Format> format_by_content(std::span<const std::byte> bytes) {
   if (!off_keyword(start).empty()) return Format::off;
   if (is_binary_stl(bytes)) return Format::stl;
   if (looks_like_obj(start)) return Format::obj;
-  const char* p = start.data() + (start.starts_with("\xEF\xBB\xBF") ? 3 : 0);
-  p = skip_spaces(p, start.data() + start.size());
+  const char* const p = skip_spaces(after_mark(start), start.data() + start.size());
   const std::string_view word = word_at(p, start.data() + start.size());
   if (word.starts_with('{')) {
     return geomview_object({p, start.data() + start.size()}).empty() ? Format::gltf : Format::off;

@@ -48,11 +48,7 @@ std::string defect_of(std::string_view name) {
 
 }  // namespace
 
-std::string file_key(std::string_view path) {
-  std::string key(path);
-  for (char& c : key) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return key;
-}
+std::string file_key(std::string_view path) { return lower_case(std::string(path)); }
 
 FilePath file_path_of_name(std::string_view name) {
   if (auto defect = defect_of(name); !defect.empty()) return {"", std::move(defect)};

@@ -44,10 +44,9 @@ Record& entry_facts(Record& record, std::string_view path, std::span<const std::
 }  // namespace
 
 bool is_gltf_json(std::span<const std::byte> bytes) {
-  std::string_view text = as_text(bytes);
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  const std::string_view text = as_text(bytes);
   const char* const end = text.data() + text.size();
-  const char* const first = skip_spaces(text.data(), end);
+  const char* const first = skip_spaces(after_mark(text), end);
   return first != end && *first == '{';
 }
 

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "api/formats/text.h"
+
 namespace meshgauge::api {
 namespace {
 
@@ -102,10 +104,8 @@ Result<GltfContainer> open_glb(const Source& source) {
 }
 
 GltfContainer open_gltf(const Source& source) {
-  std::string_view text = source.text();
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   GltfContainer out;
-  out.json = text;
+  out.json = std::string_view(after_mark(source.text()), source.end());
   return out;
 }
 

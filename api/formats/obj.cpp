@@ -320,8 +320,7 @@ Result<ReadMesh> ObjReader::read() {
   reserve_room(out_.mesh.positions, std::min(expected.vertices, vertex_limit_));
   reserve_room(out_.mesh.triangles, std::min(expected.faces, source_.limits.max_triangles));
 
-  const char* p = source_.begin();
-  if (source_.text().starts_with("\xEF\xBB\xBF")) p += 3;
+  const char* p = after_mark(source_.text());
   for (p = skip_spaces(p, end_); p != end_; p = skip_spaces(p, end_)) {
     p = statement(p);
     if (p == nullptr) return std::move(*error_);

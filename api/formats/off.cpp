@@ -238,7 +238,7 @@ Result<ReadMesh> read_without_keyword(const Source& source) {
 
 const char* start_of_content(std::string_view text) {
   const char* const end = text.data() + text.size();
-  const char* p = skip_spaces(text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0), end);
+  const char* p = skip_spaces(after_mark(text), end);
   while (p != end && *p == '#') p = skip_spaces(skip_line(p, end), end);
   return p;
 }

@@ -220,12 +220,16 @@ Result<ReadMesh> BodyReader<Values>::read() {
 }
 
 template <class Values>
-Result<ReadMesh> read_as(const Source& source) {
-  const auto header = read_ply_header(source);
-  if (!header) return header.error();
-  const auto layout = find_layout(source, *header);
+Result<ReadMesh> read_body(const Source& source, const PlyHeader& header) {
+  const auto layout = find_layout(source, header);
   if (!layout) return layout.error();
-  return BodyReader<Values>(source, *header, *layout).read();
+  return BodyReader<Values>(source, header, *layout).read();
+}
+
+// Reads the header again, since padding may begin within it.
+Result<ReadMesh> read_ascii(const Source& source) {
+  const auto header = read_ply_header(source);
+  return header ? read_body<PlyText>(source, *header) : header.error();
 }
 
 }  // namespace
@@ -235,13 +239,13 @@ Result<ReadMesh> read_ply(const Source& source) {
   if (!header) return header.error();
   switch (header->encoding) {
     case PlyEncoding::ascii:
-      return read_without_padding(source, read_as<PlyText>);
+      return read_without_padding(source, read_ascii);
     case PlyEncoding::little_endian:
-      return read_as<PlyBytes<std::endian::little>>(source);
+      return read_body<PlyBytes<std::endian::little>>(source, *header);
     case PlyEncoding::big_endian:
       break;
   }
-  return read_as<PlyBytes<std::endian::big>>(source);
+  return read_body<PlyBytes<std::endian::big>>(source, *header);
 }
 
 }  // namespace meshgauge::api

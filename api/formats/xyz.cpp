@@ -58,7 +58,7 @@ class XyzReader {
   std::optional<Error> error_;
 };
 
-// Takes a line before the first point. Returns true when it is none; then error_ may be set.
+// Takes a line before the first point. Returns false when the line is a point; error_ is set when it is refused.
 bool XyzReader::is_preamble(std::string_view line) { return is_heading(line) || is_count(line); }
 
 bool XyzReader::is_heading(std::string_view line) {
@@ -106,7 +106,7 @@ Result<ReadMesh> XyzReader::read() {
   constexpr std::size_t kUsualLine = 24;  // bytes of a point
   reserve_room(out_.mesh.positions, std::min(source_.bytes.size() / kUsualLine, limit_));
   const char* const end = source_.end();
-  const char* p = source_.begin() + (source_.text().starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  const char* p = after_mark(source_.text());
   for (p = skip_spaces(p, end); p != end; p = skip_spaces(p, end)) {
     const char* const line = p;
     p = skip_line(p, end);

@@ -27,8 +27,8 @@ using Folders = std::map<std::string, Names>;  // folder below the manifest's, o
 constexpr std::string_view kWanted[] = {"baseline", "reference", "golden", "expected", "nominal", "master", "original"};
 constexpr std::string_view kRef[] = {"ref", "refs", "base", "gold"};  // whole names
 
-bool is_for_baselines(std::string folder) {
-  for (char& c : folder) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+bool is_for_baselines(const std::string& name) {
+  const std::string folder = api::lower_case(name);
   return std::ranges::any_of(kWanted, [&](auto word) { return folder.find(word) != std::string::npos; }) ||
          std::ranges::find(kRef, folder) != std::end(kRef);
 }

@@ -50,8 +50,7 @@ NameParts name_parts(std::string_view file_name, std::string dir) {
 std::string suffix_of(const std::filesystem::path& file) {
   std::string suffix = file.extension().string();
   if (is_gzip(file)) suffix = file.stem().extension().string() + suffix;
-  for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return suffix;
+  return api::lower_case(std::move(suffix));
 }
 
 Result<Done> check_template(std::string_view text) {

@@ -29,7 +29,7 @@ bool is_name(std::string_view line) {
   for (const std::string_view beginning : {"@", "/", "./", "../", "~/"}) {
     if (line.starts_with(beginning)) return true;
   }
-  if (line.starts_with("solid ")) return false;  // an ASCII STL may be one line
+  if (line.starts_with("solid ")) return false;  // an ASCII STL of one line
   return api::format_by_name(line) || (line.find_first_of(" \t") == std::string_view::npos && has_extension(line));
 }
 

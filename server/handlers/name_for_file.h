@@ -11,7 +11,7 @@
 namespace meshgauge::server {
 
 // Returns the problem of a field whose content is one line of text that ends as the name of a file does, or begins with
-// '@', '/', './', '../' or '~/'. No mesh has such a content. nullopt: it is something else.
+// '@', '/', './', '../' or '~/', but not with 'solid ' as an ASCII STL. nullopt: it is something else.
 std::optional<api::Problem> refuse_name_for_file(const std::string& field, std::string_view content);
 
 }  // namespace meshgauge::server
