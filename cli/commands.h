@@ -32,4 +32,19 @@ void add_sandbox(CLI::App& app, int& exit_code, char** arguments);
 void add_serve(CLI::App& app, int& exit_code);
 void add_worker(CLI::App& app, int& exit_code);
 
+// Those that need no service: compare and check.
+inline void add_measuring(CLI::App& app, int& exit_code) {
+  add_compare(app, exit_code);
+  add_check(app, exit_code);
+}
+// Those of a service. `arguments` are those of the process.
+inline void add_serving(CLI::App& app, int& exit_code, char** arguments) {
+  add_serve(app, exit_code);
+  add_worker(app, exit_code);
+  add_migrate(app, exit_code);
+  add_health(app, exit_code);
+  add_keys(app, exit_code);
+  add_sandbox(app, exit_code, arguments);
+}
+
 }  // namespace meshgauge::cli

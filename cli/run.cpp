@@ -9,14 +9,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include "check/manifest/suggestion.h"
+#include "api/suggestion.h"
 #include "cli/commands.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::cli {
 namespace {
 
-using check::suggestion;
+using api::suggestion;
 
 // Returns the words of the command line that no subcommand or flag takes, or an empty text.
 std::string unknown_words(const CLI::App& app, const CLI::App* subcommand) {
@@ -33,7 +33,7 @@ std::string unknown_words(const CLI::App& app, const CLI::App* subcommand) {
   const auto flag = std::find_if(extras.begin(), extras.end(), [](const auto& word) { return word.starts_with("--"); });
   const std::string word = flag == extras.end() ? extras.front() : *flag;
   const std::vector<std::string_view> names(known.begin(), known.end());
-  const std::string_view near = check::nearest(word, names);
+  const std::string_view near = api::nearest(word, names);
   if (!subcommand && !word.starts_with('-')) return "there is no subcommand '" + word + "'" + suggestion(word, names);
   const std::string name = subcommand ? subcommand->get_name() : "meshgauge";
   return "'" + name + "' takes no '" + word + "'" + (near.empty() ? "" : suggestion(word, names));
@@ -59,15 +59,13 @@ std::string mistake(const CLI::App* app, const CLI::Error& error) {
 
 }  // namespace
 
-int run(int argc, char** argv, const std::function<void(CLI::App&, int&)>& add_more) try {
+int run(int argc, char** argv, const std::function<void(CLI::App&, int&)>& add) try {
   CLI::App app{"Certified Hausdorff distance between triangle meshes", "meshgauge"};
   app.set_version_flag("--version", std::string("meshgauge ") + version());
   app.require_subcommand(1);
   app.failure_message(mistake);
   int exit_code = kExitError;
-  add_compare(app, exit_code);
-  add_check(app, exit_code);
-  add_more(app, exit_code);
+  add(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -22,11 +22,11 @@ constexpr double kSlack = 32 * kUnit;      // above what a length, its differenc
 
 enum class Place { inside, outside, unknown };
 
-Place place(std::span<const Corner> piece, const Box& box) {
+Place place(std::span<const CutCorner> piece, const Box& box) {
   bool inside = true;
   for (int k = 0; k < 3; ++k) {
     bool above = true, below = true;
-    for (const Corner& c : piece) {
+    for (const CutCorner& c : piece) {
       const double low = c.at[k] - box.low[k], high = c.at[k] - box.high[k];
       const double off = c.off[k] * (1 + kSlack);
       inside = inside && low >= off && high <= -off;
@@ -38,11 +38,11 @@ Place place(std::span<const Corner> piece, const Box& box) {
   return inside ? Place::inside : Place::unknown;
 }
 
-Place place(std::span<const Corner> piece, const Sphere& sphere) {
+Place place(std::span<const CutCorner> piece, const Sphere& sphere) {
   bool inside = true;
   Box box;
   double off = 0;
-  for (const Corner& c : piece) {
+  for (const CutCorner& c : piece) {
     const double far = length_of(c.at - sphere.centre) * (1 + kSlack) + c.distance_off() + kTiny;
     inside = inside && far * (1 + kSlack) <= sphere.radius;
     box.extend(c.at);
@@ -55,7 +55,7 @@ Place place(std::span<const Corner> piece, const Sphere& sphere) {
 }
 
 // `piece`: of the triangle with this number.
-Place place(std::span<const Corner> piece, std::uint32_t triangle, const Region& region) {
+Place place(std::span<const CutCorner> piece, std::uint32_t triangle, const Region& region) {
   if (const auto* group = std::get_if<Group>(&region.shape))
     return group->has(triangle) ? Place::inside : Place::outside;
   const auto* box = std::get_if<Box>(&region.shape);
@@ -79,11 +79,11 @@ struct Ball {
 
   explicit Ball(const Pieces& pieces) {
     Box box;
-    for (const Corner& c : pieces.outer) box.extend(c.at);
+    for (const CutCorner& c : pieces.outer) box.extend(c.at);
     centre = box.low + (box.high - box.low) / 2;
     width = (box.high - box.low).maxCoeff();
     for (const auto* copy : {&pieces.outer, &pieces.inner}) {
-      for (const Corner& c : *copy)
+      for (const CutCorner& c : *copy)
         radius = std::max(radius, length_of(c.at - centre) * (1 + kSlack) + c.distance_off() + kTiny);
     }
     radius *= 1 + kSlack;
@@ -122,7 +122,7 @@ class Collector {
   void add(const Polygon& polygon, std::uint32_t original) {
     if (polygon.empty()) return;
     const auto first = static_cast<std::uint32_t>(to_.mesh.positions.size());
-    for (const Corner& corner : polygon) add(corner.at);
+    for (const CutCorner& corner : polygon) add(corner.at);
     const auto last = first + static_cast<std::uint32_t>(polygon.size() - 1);
     for (std::uint32_t i = std::min(first + 1, last); i < last; ++i) add({first, i, i + 1}, original);
     if (polygon.size() < 3) add({first, last, last}, original);
@@ -166,7 +166,7 @@ class Cutter {
   }
 
   // Returns what is left of a triangle: convex parts.
-  std::vector<Pieces> cut(std::span<const Corner> piece, std::uint32_t triangle) {
+  std::vector<Pieces> cut(std::span<const CutCorner> piece, std::uint32_t triangle) {
     std::vector<Pieces> parts;
     const Polygon whole(piece.begin(), piece.end());
     emit({whole, whole}, parts);
@@ -241,11 +241,11 @@ class Cutter {
   bool stopped_ = false;
 };
 
-std::array<Corner, 3> piece_of(MeshView mesh, std::size_t triangle, const Vec3& off) {
+std::array<CutCorner, 3> piece_of(MeshView mesh, std::size_t triangle, const Vec3& off) {
   return {{{mesh.corner(triangle, 0), off}, {mesh.corner(triangle, 1), off}, {mesh.corner(triangle, 2), off}}};
 }
 
-Place kept_place(std::span<const Corner> piece, std::uint32_t triangle, std::span<const Region> regions, Keep keep) {
+Place kept_place(std::span<const CutCorner> piece, std::uint32_t triangle, std::span<const Region> regions, Keep keep) {
   const Place kept = keep == Keep::inside ? Place::inside : Place::outside;
   bool all = true;
   for (const Region& region : regions) {
@@ -258,9 +258,9 @@ Place kept_place(std::span<const Corner> piece, std::uint32_t triangle, std::spa
 
 }  // namespace
 
-std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region> regions, Keep keep, double resolution,
-                            const Interrupted& interrupted) {
-  Part part;
+std::optional<RegionPart> part_of(MeshView mesh, double error, std::span<const Region> regions, Keep keep,
+                                  double resolution, const Interrupted& interrupted) {
+  RegionPart part;
   part.sure.error = part.doubtful.error = error;
   Collector sure(mesh, part.sure), doubtful(mesh, part.doubtful);
   Cutter cutter(regions, keep, resolution, interrupted);

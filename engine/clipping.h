@@ -51,7 +51,7 @@ struct PartMesh {
   double error = 0;
 };
 
-struct Part {
+struct RegionPart {
   PartMesh sure;
   PartMesh doubtful;
   bool whole = false;  // `sure` would be all of the given mesh: both meshes are left empty
@@ -62,7 +62,7 @@ enum class Keep { inside, outside };
 // Returns the part of `mesh` inside of every region, or outside of all. nullopt: interrupted. `resolution` > 0: the
 // largest gap of a piece that is not doubtful. At most kMostPieces pieces are made; then the rest is doubtful.
 // Preconditions: the mesh passes validate(), and stands for the exact surface up to `error`; groups are of this mesh.
-std::optional<Part> part_of(MeshView mesh, double error, std::span<const Region> regions, Keep keep, double resolution,
-                            const Interrupted& interrupted);
+std::optional<RegionPart> part_of(MeshView mesh, double error, std::span<const Region> regions, Keep keep,
+                                  double resolution, const Interrupted& interrupted);
 
 }  // namespace meshgauge

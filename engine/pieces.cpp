@@ -13,9 +13,9 @@ namespace {
 using rounding::kUnit;
 
 // The end of an axis-parallel edge, or a coordinate that the plane fixes, is exact: nothing is added to `off`.
-Corner crossing(const Corner& a, const Corner& b, double height_a, double height_b, const Plane& plane) {
+CutCorner crossing(const CutCorner& a, const CutCorner& b, double height_a, double height_b, const Plane& plane) {
   const double t = height_a / (height_a - height_b);
-  Corner corner;
+  CutCorner corner;
   for (int k = 0; k < 3; ++k) {
     const double from = a.at[k], to = b.at[k];
     corner.off[k] = std::max(a.off[k], b.off[k]);
@@ -70,7 +70,7 @@ Polygon cut(const Polygon& polygon, const Plane& plane, double sign, double shif
 
 bool are_equal(const Pieces& pieces) {
   return std::ranges::equal(pieces.inner, pieces.outer,
-                            [](const Corner& a, const Corner& b) { return a.at == b.at && a.off == b.off; });
+                            [](const CutCorner& a, const CutCorner& b) { return a.at == b.at && a.off == b.off; });
 }
 
 // Two halves of a triangle, at its longest edge.
@@ -79,15 +79,15 @@ std::vector<Pieces> halves(const Polygon& triangle) {
   std::array<double, 3> lengths;
   for (std::size_t i = 0; i < 3; ++i) lengths[i] = length_of(triangle[(i + 1) % 3].at - triangle[i].at);
   for (std::size_t i = 1; i < 3; ++i) longest = lengths[i] > lengths[longest] ? i : longest;
-  const Corner &a = triangle[longest], &b = triangle[(longest + 1) % 3], &c = triangle[(longest + 2) % 3];
-  const Corner middle = crossing(a, b, -1, 1, Plane{});
+  const CutCorner &a = triangle[longest], &b = triangle[(longest + 1) % 3], &c = triangle[(longest + 2) % 3];
+  const CutCorner middle = crossing(a, b, -1, 1, Plane{});
   const Polygon first{a, middle, c}, second{middle, b, c};
   return {{first, first}, {second, second}};
 }
 
 std::vector<Pieces> halves(const Pieces& pieces) {
   Box box;
-  for (const Corner& corner : pieces.outer) box.extend(corner.at);
+  for (const CutCorner& corner : pieces.outer) box.extend(corner.at);
   Plane plane{Vec3::Zero(), box.low + (box.high - box.low) / 2};
   (box.high - box.low).maxCoeff(&plane.axis);
   plane.normal[plane.axis] = 1;
@@ -105,7 +105,7 @@ double length_of(const Vec3& v) {
   return most > 0 ? most * (v / most).norm() : 0;
 }
 
-double Corner::distance_off() const {
+double CutCorner::distance_off() const {
   return off.isZero(0) ? 0 : rounding::add_up(off[0], rounding::add_up(off[1], off[2]));
 }
 
@@ -113,7 +113,7 @@ double Plane::height(const Vec3& x) const {
   return axis >= 0 ? normal[axis] * (x[axis] - origin[axis]) : normal.dot(x - origin) - offset;
 }
 
-double Plane::height_off(const Corner& corner) const {
+double Plane::height_off(const CutCorner& corner) const {
   if (axis >= 0) {
     const double off = corner.off[axis];
     return off == 0 ? 0 : rounding::height_error(off, std::abs(corner.at[axis] - origin[axis]));
@@ -144,16 +144,16 @@ std::vector<Pieces> divided(const Pieces& pieces) {
 
 double distance_off(const Polygon& polygon) {
   double largest = 0;
-  for (const Corner& corner : polygon) largest = std::max(largest, corner.distance_off());
+  for (const CutCorner& corner : polygon) largest = std::max(largest, corner.distance_off());
   return largest;
 }
 
 double gap(const Pieces& pieces) {
   if (are_equal(pieces)) return 0;
   double largest = 0;
-  for (const Corner& corner : pieces.outer) {
+  for (const CutCorner& corner : pieces.outer) {
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Corner& to : pieces.inner) nearest = std::min(nearest, length_of(corner.at - to.at));
+    for (const CutCorner& to : pieces.inner) nearest = std::min(nearest, length_of(corner.at - to.at));
     largest = std::max(largest, nearest);
   }
   if (pieces.inner.size() > 3) largest = rounding::add_up(largest, 2 * distance_off(pieces.inner));

@@ -9,7 +9,7 @@
 
 namespace meshgauge {
 
-struct Corner {
+struct CutCorner {
   Vec3 at;
   Vec3 off;  // the largest difference of each coordinate from the corner that this one stands for
 
@@ -19,7 +19,7 @@ struct Corner {
 
 // Corners in order. The corners that they stand for are those of a convex polygon. Fewer than three: a segment, a
 // point, nothing.
-using Polygon = std::vector<Corner>;
+using Polygon = std::vector<CutCorner>;
 
 // The part of one triangle that satisfies some conditions, between an inner and an outer copy.
 struct Pieces {
@@ -36,7 +36,7 @@ struct Plane {
 
   double height(const Vec3& x) const;
   // What the computed height of a corner may be off.
-  double height_off(const Corner& corner) const;
+  double height_off(const CutCorner& corner) const;
 };
 
 // A half-space between two: {inner.height <= 0} within it within {outer.height <= 0}.
@@ -57,7 +57,7 @@ std::vector<Pieces> divided(const Pieces& pieces);
 // only `inner` is empty. A point in the hull of `inner` and one of the fan stand for the same exact point, and both are
 // within distance_off(inner) of it: that counts twice, but for a triangle.
 double gap(const Pieces& pieces);
-// The largest Corner::distance_off().
+// The largest CutCorner::distance_off().
 double distance_off(const Polygon& polygon);
 
 // Returns |v| within a relative error of 8u.

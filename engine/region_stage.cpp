@@ -183,7 +183,7 @@ class RegionStage {
     outcome_.regions.push_back(found);
   }
 
-  Bounds measure(MeasuredDirection& direction, const std::optional<Part>& part, RegionOutcome& found) {
+  Bounds measure(MeasuredDirection& direction, const std::optional<RegionPart>& part, RegionOutcome& found) {
     const Prepared &from = direction.from.prepared, &to = direction.to.prepared;
     if (!part) {
       found.empty = false;
@@ -197,7 +197,7 @@ class RegionStage {
     return bounds;
   }
 
-  std::optional<Part> cut(const Prepared& from, std::span<const Region> regions, Keep keep, double resolution) {
+  std::optional<RegionPart> cut(const Prepared& from, std::span<const Region> regions, Keep keep, double resolution) {
     const StageClock clock(outcome_.timings.build);
     return part_of(from.mesh(), from.error(), regions, keep, resolution,
                    [this] { return control_.check() != Interruption::none; });

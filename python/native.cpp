@@ -162,9 +162,7 @@ struct meshgauge_job {
   }
 };
 
-int meshgauge_main(int argc, char** argv) {
-  return cli::run(argc, argv, [](CLI::App&, int&) {});
-}
+int meshgauge_main(int argc, char** argv) { return cli::run(argc, argv, cli::add_measuring); }
 
 const char* meshgauge_version() { return version(); }
 

@@ -11,8 +11,8 @@
 #include "api/json_filter.h"
 #include "api/refused.h"
 #include "api/request.h"
+#include "api/suggestion.h"
 #include "check/manifest/quantities.h"
-#include "check/manifest/suggestion.h"
 
 namespace meshgauge::check {
 namespace {
@@ -52,7 +52,7 @@ Span read_span(const Setting& setting, const api::Range& range, std::optional<do
         refuse(member, "must be a share of the baseline's volume, as 1 %, not " + shown(member.value), mistakes);
       }
     } else {
-      mistakes.add(map.keys[i].place, "unknown key " + api::shown_text(key) + suggestion(key, known));
+      mistakes.add(map.keys[i].place, "unknown key " + api::shown_text(key) + api::suggestion(key, known));
     }
   }
   if (span.min && span.max && *span.min > *span.max) refuse(setting, "has a min above its max", mistakes);
@@ -102,7 +102,7 @@ void read_expect(const Setting& setting, Draft& draft, Mistakes& mistakes) {
     const auto* reader =
         std::find_if(std::begin(kReaders), std::end(kReaders), [&](const auto& r) { return r.key == key; });
     if (reader == std::end(kReaders)) {
-      mistakes.add(map.keys[i].place, "unknown key " + api::shown_text(key) + suggestion(key, known));
+      mistakes.add(map.keys[i].place, "unknown key " + api::shown_text(key) + api::suggestion(key, known));
       continue;
     }
     const std::string name = std::string(setting.key) + "." + std::string(key);

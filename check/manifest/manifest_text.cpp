@@ -9,10 +9,10 @@
 #include "api/formats/utf8.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
+#include "api/suggestion.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/naming.h"
 #include "check/manifest/settings.h"
-#include "check/manifest/suggestion.h"
 #include "check/manifest/yaml_tree.h"
 
 namespace meshgauge::check {
@@ -61,7 +61,7 @@ std::string unknown_key(std::string_view key, std::span<const std::string_view> 
   if (holds(kOwn, key)) return "key " + shown + " belongs to a gate";
   if (reader_of(key)) return "key " + shown + " belongs to a gate or under 'defaults'";
   const Foreign* foreign = holds(known, "name") ? foreign_key(key) : nullptr;
-  return "unknown key " + shown + (foreign ? ": " + std::string(foreign->advice) : suggestion(key, known));
+  return "unknown key " + shown + (foreign ? ": " + std::string(foreign->advice) : api::suggestion(key, known));
 }
 
 const YamlNode* find(const YamlNode& map, std::string_view key) {
@@ -76,7 +76,7 @@ bool is_misnamed(const YamlNode& map, std::string_view key) {
   return std::any_of(map.keys.begin(), map.keys.end(), [&](const Written& written) {
     if (holds(kOwn, written.text) || reader_of(written.text)) return false;
     const Foreign* foreign = foreign_key(written.text);
-    return foreign ? foreign->meant == key : !nearest(written.text, std::span(&key, 1)).empty();
+    return foreign ? foreign->meant == key : !api::nearest(written.text, std::span(&key, 1)).empty();
   });
 }
 

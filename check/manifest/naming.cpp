@@ -6,7 +6,7 @@
 #include "api/formats/text.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
-#include "check/manifest/suggestion.h"
+#include "api/suggestion.h"
 
 namespace meshgauge::check {
 namespace {
@@ -61,7 +61,7 @@ Result<Done> check_template(std::string_view text) {
       if (word == one) return true;
     }
     unknown = "has an unknown placeholder " + api::shown_text("{" + std::string(word) + "}") +
-              suggestion(word, kPlaceholders);
+              api::suggestion(word, kPlaceholders);
     return false;
   };
   if (!visit(text, {anything, known})) {

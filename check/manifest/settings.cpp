@@ -12,11 +12,11 @@
 #include "api/names.h"
 #include "api/refused.h"
 #include "api/request.h"
+#include "api/suggestion.h"
 #include "check/manifest/expect_setting.h"
 #include "check/manifest/names.h"
 #include "check/manifest/quantities.h"
 #include "check/manifest/region_setting.h"
-#include "check/manifest/suggestion.h"
 
 namespace meshgauge::check {
 namespace {
@@ -47,7 +47,7 @@ void read_name(const api::Name<Enum> (&table)[N], const Setting& setting, Enum& 
   }
   std::vector<std::string_view> names;
   for (const auto& row : table) names.push_back(row.text);
-  const std::string_view meant = nearest(setting.value.text, names);
+  const std::string_view meant = api::nearest(setting.value.text, names);
   refuse(setting,
          "must be one of " + api::list_of(table) + ", not " + shown(setting.value) +
              (meant.empty() ? "" : "; did you mean '" + std::string(meant) + "'?"),
@@ -87,7 +87,7 @@ void read_max_share_beyond(const Setting& setting, Draft& draft, Mistakes& mista
     } else if (part.key == kKnown[1]) {
       limit.share = read_quantity(part, parse_share, "a share of the area", mistakes).value_or(0);
     } else {
-      mistakes.add(map.keys[i].place, "unknown key " + api::shown_text(part.key) + suggestion(part.key, kKnown));
+      mistakes.add(map.keys[i].place, "unknown key " + api::shown_text(part.key) + api::suggestion(part.key, kKnown));
     }
   }
   for (const std::string_view key : kKnown) {
@@ -163,7 +163,7 @@ void read_tolerance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
     const auto rule = std::find_if(std::begin(kToleranceRules), std::end(kToleranceRules),
                                    [&](auto& r) { return r.first == key.text; });
     if (rule == std::end(kToleranceRules)) {
-      mistakes.add(key.place, "unknown key " + api::shown_text(key.text) + suggestion(key.text, kKnown));
+      mistakes.add(key.place, "unknown key " + api::shown_text(key.text) + api::suggestion(key.text, kKnown));
       continue;
     }
     const auto number = read_within({rule->first, map.items[i]}, api::kToleranceRange, mistakes);
@@ -234,7 +234,7 @@ void read_units(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   for (std::size_t i = 0; i < value.keys.size(); ++i) {
     const Written& key = value.keys[i];
     if (key.text != kKnown[0] && key.text != kKnown[1]) {
-      mistakes.add(key.place, "unknown key " + api::shown_text(key.text) + suggestion(key.text, kKnown));
+      mistakes.add(key.place, "unknown key " + api::shown_text(key.text) + api::suggestion(key.text, kKnown));
       continue;
     }
     (key.text == kKnown[0] ? units.a : units.b) = read_unit(key.text, value.items[i], mistakes);

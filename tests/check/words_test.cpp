@@ -4,11 +4,12 @@
 #include <doctest/doctest.h>
 
 #include "api/formats/utf8.h"
+#include "api/suggestion.h"
 #include "check/manifest/mistake.h"
 #include "check/manifest/naming.h"
-#include "check/manifest/suggestion.h"
 
 using namespace meshgauge::check;
+using meshgauge::api::suggestion;
 
 TEST_CASE("suggestion: the nearest word is suggested") {
   constexpr std::string_view kKnown[] = {"name", "max_distance", "timeout", "on_fail"};

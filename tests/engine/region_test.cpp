@@ -53,7 +53,7 @@ std::vector<Region> slabs(int n) {
   return regions;
 }
 
-Part outside(const Mesh& mesh, const std::vector<Region>& regions, std::size_t& polls, double resolution = 1e-7) {
+RegionPart outside(const Mesh& mesh, const std::vector<Region>& regions, std::size_t& polls, double resolution = 1e-7) {
   return part_of(mesh, 0, regions, Keep::outside, resolution, [&] { return ++polls > 1'000'000; }).value();
 }
 
@@ -274,7 +274,7 @@ TEST_CASE("regions: progress is told of the whole") {
 TEST_CASE("regions: cuts by boxes are polled") {
   const Mesh a = shapes::triangle({0.591, 0.779, -1.72}, {0.120, -0.430, 1.16}, {0.388, -1.239, -0.407});
   std::size_t polls = 0;
-  const Part part = outside(a, slabs(64), polls);
+  const RegionPart part = outside(a, slabs(64), polls);
   CHECK(part.sure.mesh.triangles.size() < 10'000);
   CHECK(part.doubtful.mesh.triangles.empty());
   CHECK(polls >= 4);
@@ -297,7 +297,7 @@ TEST_CASE("regions: a box cuts only the parts that it meets") {
     regions.push_back(box(centre - half, centre + half));
   }
   std::size_t polls = 0;
-  const Part part = outside(shapes::scaled(shapes::soup(10, random), 2), regions, polls);
+  const RegionPart part = outside(shapes::scaled(shapes::soup(10, random), 2), regions, polls);
   CHECK(part.sure.mesh.triangles.size() < 10'000);
   CHECK(part.doubtful.mesh.triangles.empty());
 }
@@ -306,7 +306,7 @@ TEST_CASE("regions: a piece counts once for the most pieces, through however man
   std::vector<Region> balls;
   for (int i = 0; i < 64; ++i) balls.push_back(sphere({0.01 + i / 64.0, 0.01, 0}, 0.006));
   std::size_t polls = 0;
-  const Part part = outside(shapes::triangle({-1, -1, 0}, {3, -1, 0}, {0, 3, 0}), balls, polls, 1e-5);
+  const RegionPart part = outside(shapes::triangle({-1, -1, 0}, {3, -1, 0}, {0, 3, 0}), balls, polls, 1e-5);
   CHECK(part.sure.mesh.triangles.size() < kMostPieces / 16);
   CHECK(part.doubtful.mesh.triangles.empty());
 }
@@ -391,8 +391,8 @@ TEST_CASE("regions: where rounding changes the sign more than twice, inside keep
   const Plane plane{{0, 1, 0}, Vec3::Zero(), 0, 1};
   const Pieces left = within({polygon, polygon}, {plane, plane});
   CHECK(left.inner.size() == 4);
-  for (const Corner& corner : left.inner) CHECK(corner.at.y() <= 0);
+  for (const CutCorner& corner : left.inner) CHECK(corner.at.y() <= 0);
   CHECK(left.outer.size() == 6);
-  CHECK(std::ranges::any_of(left.outer, [](const Corner& corner) { return corner.at.x() == 3; }));
+  CHECK(std::ranges::any_of(left.outer, [](const CutCorner& corner) { return corner.at.x() == 3; }));
   CHECK(gap(left) > 1);
 }

@@ -1,20 +1,18 @@
-// fuzz_areas: certified areas (engine/area.h) of random and adversarial pairs against an independent subdivision.
-//
-//   fuzz_areas [--pairs N] [--seed S]
+// fuzz_certify areas: certified areas (engine/area.h) of random and adversarial pairs against an independent
+// subdivision.
 //
 // Each interval must meet the bracket of tests/oracle/area.h, whenever and for whatever reason the search ends, and two
 // threads must give the bits of one if they start from the same bound, unless shares alone are asked for, or narrowing,
-// which takes as long as it may. Exits with 1 at the first violation, whose pair it prints.
+// which takes as long as it may. Ends at the first violation, whose pair it prints.
 #include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "engine/hausdorff.h"
 #include "fuzz/asked.h"
 #include "fuzz/attack.h"
+#include "fuzz/attacks.h"
 #include "fuzz/dice.h"
 #include "fuzz/generate.h"
 #include "oracle/area.h"
@@ -43,7 +41,7 @@ double limit_of(fuzz::Dice& dice, double upper, const std::vector<AreaOptions::B
   return upper * dice.uniform(0, 1.1);
 }
 
-fuzz::Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
+fuzz::Asked ask_areas(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   fuzz::Asked asked;
   asked.a = pair.a;
   asked.b = pair.b;
@@ -115,20 +113,14 @@ std::string judge(const fuzz::Pair& pair, const fuzz::Asked& asked, const AreaBo
   return "";
 }
 
-void print(const Mesh& mesh, const char* name) {
-  std::printf("--- %s\n", name);
-  for (const Vec3& p : mesh.positions) std::printf("v %.17g %.17g %.17g\n", p.x(), p.y(), p.z());
-  for (const Triangle& t : mesh.triangles) std::printf("f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
-}
-
-bool attack(std::uint64_t seed, std::uint64_t& complete) {
+bool try_pair(std::uint64_t seed, std::uint64_t& complete) {
   const fuzz::Pair pair = fuzz::generate(seed);
   if (pair.a.triangles.size() * pair.b.triangles.size() > 400) return true;  // the bracket would take too long
   fuzz::Dice dice(seed ^ 0x5a5a5a5aU);
   Options plain;
   plain.direction = Direction::a_to_b;
   Control control;
-  const fuzz::Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
+  const fuzz::Asked asked = ask_areas(dice, pair, measure(pair.a, pair.b, plain, control).upper);
   const Outcome outcome = fuzz::run(asked, 1);
   const AreaBounds& found = *outcome.areas->a_to_b;
   complete += found.stop == AreaStop::complete ? 1 : 0;
@@ -150,22 +142,19 @@ bool attack(std::uint64_t seed, std::uint64_t& complete) {
     std::printf("quantile %.17g: [%.17g, %.17g]\n", asked.options.areas->quantiles[0], q.lower, q.upper);
   }
   std::printf("the measured meshes err by %.17g and %.17g\n", asked.error_a, asked.error_b);
-  print(pair.a, "a.obj");
-  print(pair.b, "b.obj");
+  fuzz::print_obj(pair.a, "a.obj");
+  fuzz::print_obj(pair.b, "b.obj");
   return false;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  std::uint64_t pairs = 1000, seed = 1, complete = 0;
-  CLI::App app("Attacks certified areas with random and adversarial pairs.");
-  app.add_option("--pairs", pairs)->capture_default_str();
-  app.add_option("--seed", seed, "pair i is made from seed + i")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+bool meshgauge::fuzz::attack_areas(std::uint64_t pairs, std::uint64_t seed) {
+  std::uint64_t complete = 0;
   for (std::uint64_t i = 0; i < pairs; ++i) {
-    if (!attack(seed + i, complete)) return 1;
+    if (!try_pair(seed + i, complete)) return false;
   }
   std::printf("%llu pairs, %llu of them as narrow as asked: no violation\n", static_cast<unsigned long long>(pairs),
               static_cast<unsigned long long>(complete));
+  return true;
 }

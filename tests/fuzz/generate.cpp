@@ -131,4 +131,10 @@ Pair generate(std::uint64_t seed) {
   return pair;
 }
 
+void print_obj(const Mesh& mesh, const char* heading) {
+  std::printf("--- %s\n", heading);
+  for (const Vec3& p : mesh.positions) std::printf("v %.17g %.17g %.17g\n", p.x(), p.y(), p.z());
+  for (const Triangle& t : mesh.triangles) std::printf("f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
+}
+
 }  // namespace meshgauge::fuzz

@@ -18,4 +18,7 @@ struct Pair {
 // give equal pairs.
 Pair generate(std::uint64_t seed);
 
+// Writes it to stdout as OBJ, with all digits, under a heading.
+void print_obj(const Mesh& mesh, const char* heading);
+
 }  // namespace meshgauge::fuzz

@@ -1,10 +1,8 @@
-// fuzz_regions: certified distances within regions (engine/region_stage.h) of random and adversarial pairs against an
-// independent subdivision.
-//
-//   fuzz_regions [--pairs N] [--seed S]
+// fuzz_certify regions: certified distances within regions (engine/region_stage.h) of random and adversarial pairs
+// against an independent subdivision.
 //
 // Each interval must meet the bracket of tests/oracle/region.h, whenever and for whatever reason the search ends, the
-// whole must be covered, and a region that is said to be empty must be. Exits with 1 at the first violation.
+// whole must be covered, and a region that is said to be empty must be. Ends at the first violation.
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
@@ -14,10 +12,9 @@
 #include <variant>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "engine/hausdorff.h"
 #include "engine/prepared.h"
+#include "fuzz/attacks.h"
 #include "fuzz/dice.h"
 #include "fuzz/generate.h"
 #include "oracle/region.h"
@@ -123,13 +120,7 @@ void print(const Region& region) {
               b.high.z());
 }
 
-void print(const Mesh& mesh, const char* name) {
-  std::printf("--- %s\n", name);
-  for (const Vec3& p : mesh.positions) std::printf("v %.17g %.17g %.17g\n", p.x(), p.y(), p.z());
-  for (const Triangle& t : mesh.triangles) std::printf("f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
-}
-
-bool attack(std::uint64_t seed, std::uint64_t& narrow, std::uint64_t& intervals) {
+bool try_pair(std::uint64_t seed, std::uint64_t& narrow, std::uint64_t& intervals) {
   const fuzz::Pair pair = fuzz::generate(seed);
   if (pair.a.triangles.size() * pair.b.triangles.size() > 400) return true;  // the bracket would take too long
   fuzz::Dice dice(seed ^ 0x33333333U);
@@ -167,24 +158,21 @@ bool attack(std::uint64_t seed, std::uint64_t& narrow, std::uint64_t& intervals)
   if (!violated.empty()) {
     std::printf("the measured meshes err by %.17g and %.17g\n", error_a, error_b);
     for (const Region& region : options.regions) print(region);
-    print(pair.a, "a.obj");
-    print(pair.b, "b.obj");
+    fuzz::print_obj(pair.a, "a.obj");
+    fuzz::print_obj(pair.b, "b.obj");
   }
   return violated.empty();
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  std::uint64_t pairs = 1000, seed = 1, narrow = 0, intervals = 0;
-  CLI::App app("Attacks certified distances within regions with random and adversarial pairs.");
-  app.add_option("--pairs", pairs)->capture_default_str();
-  app.add_option("--seed", seed, "pair i is made from seed + i")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+bool meshgauge::fuzz::attack_regions(std::uint64_t pairs, std::uint64_t seed) {
+  std::uint64_t narrow = 0, intervals = 0;
   for (std::uint64_t i = 0; i < pairs; ++i) {
-    if (!attack(seed + i, narrow, intervals)) return 1;
+    if (!try_pair(seed + i, narrow, intervals)) return false;
   }
   std::printf("%llu pairs, %llu intervals, %llu of them as narrow as asked: no violation\n",
               static_cast<unsigned long long>(pairs), static_cast<unsigned long long>(intervals),
               static_cast<unsigned long long>(narrow));
+  return true;
 }

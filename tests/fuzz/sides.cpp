@@ -1,20 +1,17 @@
-// fuzz_sides: the extent on each side (engine/sides.h) of random and adversarial pairs against exact signs and an
-// independent subdivision.
-//
-//   fuzz_sides [--pairs N] [--seed S]
+// fuzz_certify sides: the extent on each side (engine/sides.h) of random and adversarial pairs against exact signs and
+// an independent subdivision.
 //
 // Each interval must meet the bracket of tests/oracle/sides.h, whenever and for whatever reason the search ends; its
 // point must lie on its side by exact arithmetic; a refusal must be true; and two threads must give the bits of one
-// if they start from the same bound, without a gate. Exits with 1 at the first violation, whose pair it prints.
+// if they start from the same bound, without a gate. Ends at the first violation, whose pair it prints.
 #include <algorithm>
 #include <cstdio>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include "engine/hausdorff.h"
 #include "fuzz/asked.h"
 #include "fuzz/attack.h"
+#include "fuzz/attacks.h"
 #include "fuzz/closed.h"
 #include "fuzz/dice.h"
 #include "oracle/sides.h"
@@ -24,7 +21,7 @@ namespace {
 using namespace meshgauge;
 
 // Moves each vertex by up to `most` on each axis, equal ones alike. Returns an upper bound of the largest movement.
-double shake(fuzz::Dice& dice, double most, Mesh& mesh) {
+double shake_alike(fuzz::Dice& dice, double most, Mesh& mesh) {
   double moved = 0;
   const std::vector<Vec3> given = mesh.positions;
   for (std::size_t i = 0; i < given.size(); ++i) {
@@ -36,14 +33,14 @@ double shake(fuzz::Dice& dice, double most, Mesh& mesh) {
   return moved * (1 + 1e-12);
 }
 
-fuzz::Asked ask(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
+fuzz::Asked ask_sides(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   fuzz::Asked asked;
   asked.a = pair.a;
   asked.b = pair.b;
   if (upper > 1e-20 && dice.chance(0.15)) {
     const double most = upper * dice.power(-6, -1);
-    asked.error_a = shake(dice, most, asked.a);
-    asked.error_b = shake(dice, most, asked.b);
+    asked.error_a = shake_alike(dice, most, asked.a);
+    asked.error_b = shake_alike(dice, most, asked.b);
   }
   Options& options = asked.options;
   options.direction = dice.chance(0.8) ? Direction::a_to_b : Direction::symmetric;
@@ -120,23 +117,17 @@ std::string judge(const fuzz::Pair& pair, const fuzz::Asked& asked, const SideOu
   return violated;
 }
 
-void print(const Mesh& mesh, const char* name) {
-  std::printf("--- %s\n", name);
-  for (const Vec3& p : mesh.positions) std::printf("v %.17g %.17g %.17g\n", p.x(), p.y(), p.z());
-  for (const Triangle& t : mesh.triangles) std::printf("f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
-}
-
 struct Counts {
   std::uint64_t narrow = 0, refused = 0, both = 0;
 };
 
-bool attack(std::uint64_t seed, Counts& counts) {
+bool try_pair(std::uint64_t seed, Counts& counts) {
   const fuzz::Pair pair = fuzz::generate_closed(seed);
   fuzz::Dice dice(seed ^ 0x5a5a5a5aU);
   Options plain;
   plain.direction = Direction::a_to_b;
   Control control;
-  const fuzz::Asked asked = ask(dice, pair, measure(pair.a, pair.b, plain, control).upper);
+  const fuzz::Asked asked = ask_sides(dice, pair, measure(pair.a, pair.b, plain, control).upper);
   Box box = bounding_box(pair.a);
   box.extend(bounding_box(pair.b));
   const double size = std::max(box.low.cwiseAbs().maxCoeff(), box.high.cwiseAbs().maxCoeff());
@@ -158,24 +149,20 @@ bool attack(std::uint64_t seed, Counts& counts) {
               found.outside.upper, found.inside.lower, found.inside.upper,
               found.refused ? static_cast<int>(found.refused->why) : -1, static_cast<int>(found.stop));
   std::printf("the measured meshes err by %.17g and %.17g\n", asked.error_a, asked.error_b);
-  print(pair.a, "a.obj");
-  print(pair.b, "b.obj");
+  fuzz::print_obj(pair.a, "a.obj");
+  fuzz::print_obj(pair.b, "b.obj");
   return false;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  std::uint64_t pairs = 1000, seed = 1;
-  CLI::App app("Attacks the certified extent on each side with random and adversarial pairs.");
-  app.add_option("--pairs", pairs)->capture_default_str();
-  app.add_option("--seed", seed, "pair i is made from seed + i")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+bool meshgauge::fuzz::attack_sides(std::uint64_t pairs, std::uint64_t seed) {
   Counts counts;
   for (std::uint64_t i = 0; i < pairs; ++i) {
-    if (!attack(seed + i, counts)) return 1;
+    if (!try_pair(seed + i, counts)) return false;
   }
   const auto text = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
   std::printf("%llu pairs: %llu as narrow as asked, %llu with points on both sides, %llu refused: no violation\n",
               text(pairs), text(counts.narrow), text(counts.both), text(counts.refused));
+  return true;
 }

@@ -1,10 +1,10 @@
-#include "check/manifest/suggestion.h"
+#include "api/suggestion.h"
 
 #include <algorithm>
 #include <numeric>
 #include <vector>
 
-namespace meshgauge::check {
+namespace meshgauge::api {
 namespace {
 
 constexpr std::size_t kLongestWord = 64;  // no key is longer
@@ -63,4 +63,4 @@ std::string suggestion(std::string_view word, std::span<const std::string_view> 
   return list;
 }
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge::api

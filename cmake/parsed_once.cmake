@@ -1,0 +1,25 @@
+# Precompiled headers: what nearly each file of a target includes is parsed once. The preset `single` goes without, so that a file
+# which lacks an include shows there, and a true warning of those below.
+
+# parsed_once(TARGET HEADERS...)
+function(parsed_once target)
+  target_precompile_headers(${target} PRIVATE ${ARGN})
+  without_false_warnings(${target})
+endfunction()
+
+# parsed_with(OTHER TARGETS...): by the header of another target, which is compiled with the same flags.
+function(parsed_with other)
+  foreach(target ${ARGN})
+    target_precompile_headers(${target} REUSE_FROM ${other})
+    without_false_warnings(${target})
+  endforeach()
+endfunction()
+
+# From a precompiled header GCC forgets which headers are the system's. Its optimiser then warns of what it inlined from them:
+# of GCC 12 these are false.
+function(without_false_warnings target)
+  if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds$<SEMICOLON>-Wno-maybe-uninitialized>
+                           $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow$<SEMICOLON>-Wno-stringop-overread>)
+  endif()
+endfunction()
