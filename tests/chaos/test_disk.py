@@ -7,6 +7,7 @@ one that is in use cannot be made read-only from outside.
 import ctypes
 import errno
 import hashlib
+import http.client
 import json
 import mmap
 import os
@@ -154,11 +155,20 @@ class Recovery(Case):
         server = self.serve(self.elsewhere)
         server.read_on.clear()
         dropped = lambda: float(re.search(r"^meshgauge_log_lines_dropped_total (\S+)", self.metrics(), re.M)[1])
-        until(lambda: [self.measured(self.compare()) for _ in range(50)] and dropped() > 0, 240)
+        until(lambda: self.write_log() or dropped() > 0, 240)
+        self.measured(self.compare())
         server.read_on.set()
         until(lambda: any("lines were dropped" in line for line in server.log))
         self.all_is_well()
         server.stop()
+
+    def write_log(self, lines=500):
+        """Requests of long lines, on one connection."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=victim.ANSWER_SECONDS)
+        self.addCleanup(connection.close)
+        for _ in range(lines):
+            connection.request("GET", "/" + 250 * "x")
+            connection.getresponse().read()
 
     def metrics(self):
         return self.ask("GET", "/metrics").body.decode()
