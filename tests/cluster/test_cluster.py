@@ -154,7 +154,7 @@ class Comparisons(Case):
         until(lambda: self.running() == 0, what="it to end")
 
     def running(self):
-        return int(RIG.postgres.query("SELECT count(*) FROM jobs WHERE state = 1"))
+        return int(RIG.query("SELECT count(*) FROM jobs WHERE state = 1"))
 
 
 class Repeats(Case):
