@@ -64,17 +64,17 @@ def picture(mesh):
     seen = (vertices - (vertices.max(0) + vertices.min(0)) / 2) @ (turn_x @ turn_z).T
     seen[:, :2] = seen[:, :2] * (0.9 * PIXELS / numpy.linalg.norm(numpy.ptp(vertices, axis=0))) + PIXELS / 2
     grey, depth = numpy.full((PIXELS, PIXELS), 255.0), numpy.full((PIXELS, PIXELS), -numpy.inf)
-    for a, b, c in seen[faces]:
-        draw(a, b, c, grey, depth)
+    corners = seen[faces]
+    low, high = (numpy.clip(f(corners[:, :, :2], axis=1), 0, PIXELS - 1).astype(int) for f in (numpy.min, numpy.max))
+    normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    for i in numpy.flatnonzero(normals[:, 2]):
+        draw(*corners[i], normals[i], low[i], high[i], grey, depth)
     return grey
 
 
-def draw(a, b, c, grey, depth):
-    low, high = (numpy.clip(f([a[:2], b[:2], c[:2]], axis=0), 0, PIXELS - 1).astype(int) for f in (numpy.min, numpy.max))
-    normal = numpy.cross(b - a, c - a)
-    if not normal[2]:
-        return
-    x, y = numpy.meshgrid(numpy.arange(low[0], high[0] + 1) + 0.5, numpy.arange(low[1], high[1] + 1) + 0.5)
+def draw(a, b, c, normal, low, high, grey, depth):
+    """One triangle, in the pixels from `low` to `high`."""
+    x, y = numpy.arange(low[0], high[0] + 1)[None, :] + 0.5, numpy.arange(low[1], high[1] + 1)[:, None] + 0.5
     u = ((c[0] - b[0]) * (y - b[1]) - (c[1] - b[1]) * (x - b[0])) / normal[2]
     v = ((a[0] - c[0]) * (y - c[1]) - (a[1] - c[1]) * (x - c[0])) / normal[2]
     w = 1 - u - v
