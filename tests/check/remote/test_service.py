@@ -157,15 +157,15 @@ class Keys(Case):
         server, (token,) = self.serve({"max_jobs": 1})
         slow = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(31)), max_distance=1e-12,
                      options={"strategy": "four_point", "tolerance": {"absolute": 1e-3}})
-                for i, c in enumerate(self.files(6, lambda i: flat_grid(26 + i)))]
+                for i, c in enumerate(self.files(3, lambda i: flat_grid(26 + i)))]
         with Relay(server.port, without_batches) as relay:
-            outcomes = measure(slow, self.service(relay, token, at_once=6))
+            outcomes = measure(slow, self.service(relay, token, at_once=3))
         self.assertTrue(all(o["document"] for o in outcomes.values()), outcomes)
         until(lambda: any(line["status"] == 429 for line in requests(server, "POST")))
 
     def test_a_key_with_a_low_rate(self):
         server, (token,) = self.serve({"requests_per_minute": 600, "burst": 1})
-        self.assert_decided(measure(self.gates[:3], self.service(server, token)))
+        self.assert_decided(measure(self.gates[:2], self.service(server, token)))
         until(lambda: any(line["status"] == 429 for method in ("POST", "PUT", "HEAD") for line in requests(server, method)))
 
 
@@ -174,9 +174,9 @@ class Limits(Case):
         server = self.start("--workers", "1", "--max-queued-jobs", "1")
         gates = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(31)), max_distance=1e-12,
                       options={"strategy": "four_point", "tolerance": {"absolute": 1e-3}})
-                 for i, c in enumerate(self.files(6, lambda i: flat_grid(26 + i)))]
+                 for i, c in enumerate(self.files(3, lambda i: flat_grid(26 + i)))]
         with Relay(server.port, without_batches) as relay:
-            outcomes = measure(gates, {"url": url_of(relay), "at_once": 6})
+            outcomes = measure(gates, {"url": url_of(relay), "at_once": 3})
         self.assertTrue(all(o["document"] for o in outcomes.values()), outcomes)
         until(lambda: any(line["status"] == 503 for line in requests(server, "POST")))
 
@@ -223,10 +223,10 @@ class Restarts(Case):
         port = str(server.port)
         gates = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(37)), max_distance=1e-12, timeout_ms=180_000,
                       options={"strategy": "four_point", "tolerance": {"absolute": 1e-3}})
-                 for i, c in enumerate(self.files(8, lambda i: flat_grid(30 + i)))]
+                 for i, c in enumerate(self.files(5, lambda i: flat_grid(33 + i)))]
         relay = self.enterContext(Relay(server.port, without_batches))
         run = Run(gates, {"url": url_of(relay), "at_once": 3})
-        for _ in range(3):
+        for _ in range(2):
             accepted = len(requests(server, "POST"))
             until(lambda: len(requests(server, "POST")) > accepted or run.process.poll() is not None)
             server.stop(signal.SIGKILL)
@@ -249,7 +249,7 @@ class Restarts(Case):
         port = str(server.port)
         pair = [self.file(name, data) for name, data in SLOW.items()]
         options = {k: v for k, v in SLOW_OPTIONS.items() if k != "timeout_ms"}
-        run = Run([gate("slow", *pair, max_distance=1e-12, timeout_ms=4000, options=options)], {"url": url_of(server)})
+        run = Run([gate("slow", *pair, max_distance=1e-12, timeout_ms=3000, options=options)], {"url": url_of(server)})
         until(lambda: requests(server, "GET", "/v1/comparisons/"))
         server.stop(signal.SIGKILL)
         server = self.again(str(self.folder / "other"), port)

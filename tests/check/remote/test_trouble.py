@@ -152,7 +152,7 @@ class Retries(Trouble):
             handler.answer(503, {}, b"")
             return True
         with Relay(self.server.port, refuse) as relay:
-            self.assert_errors("it answers 503", url_of(relay), retry_ms=5000)
+            self.assert_errors("it answers 503", url_of(relay), retry_ms=3000)
             self.assertGreater(relay.seen[("PUT", "/v1/meshes")], 4)
 
     def test_what_does_not_pass_is_not_tried_again(self):
