@@ -309,30 +309,36 @@ class Kept(unittest.TestCase):
         self.assertEqual((job["state"], job["result"]["status"]), ("done", "timeout"))
         self.assertLessEqual(job["result"]["distance"]["lower"], job["result"]["distance"]["upper"])
 
-    def restarted(self, sign, code):
+    def restarted(self, sign, code, timeout_ms):
+        """The service after a restart, and the paths of the comparison that ran and of those behind it."""
         server = self.start("--grace-ms", "200")
-        options = {**SLOW_OPTIONS, "timeout_ms": 5000}
-        running = server.compare(**SLOW, options=options, extra=ASYNC).headers["location"]
+        running, _ = begin_slow(server, timeout_ms=timeout_ms)
         wait_for(server, running, "running")
         waiting = server.compare(extra=ASYNC).headers["location"]
         ended = server.compare(extra="Prefer: wait=0\r\n").headers["location"]
         self.assertEqual(server.stop(sign), code)
-        server = self.start()
-        job = wait_for(server, running, *ENDED)
-        self.assertIn(job["tries"], (2,) if sign == signal.SIGKILL else (1, 2))
-        self.by_its_deadline(job)
-        for path in (waiting, ended):
-            self.assertEqual(wait_for(server, path, *ENDED)["result"]["status"], "converged")
+        return self.start(), running, (waiting, ended)
 
     def test_a_kill_loses_nothing(self):
-        self.restarted(signal.SIGKILL, -signal.SIGKILL)
+        server, running, others = self.restarted(signal.SIGKILL, -signal.SIGKILL, timeout_ms=5000)
+        job = wait_for(server, running, *ENDED)
+        self.assertEqual(job["tries"], 2)
+        self.by_its_deadline(job)
+        self.converge(server, others)
 
     def test_an_end_in_peace_loses_nothing(self):
-        self.restarted(signal.SIGTERM, 0)
+        server, running, others = self.restarted(signal.SIGTERM, 0, timeout_ms=100000)
+        self.assertIn(wait_for(server, running, "running")["tries"], (1, 2))
+        self.assertEqual(server.send("DELETE", running).json()["state"], "cancelled")
+        self.converge(server, others)
+
+    def converge(self, server, paths):
+        for path in paths:
+            self.assertEqual(wait_for(server, path, *ENDED)["result"]["status"], "converged")
 
     def test_what_runs_has_the_grace_to_end_though_no_client_is_connected(self):
         server = self.start("--grace-ms", "60000")
-        running = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 3000}, extra=ASYNC).headers["location"]
+        running = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 2000}, extra=ASYNC).headers["location"]
         until(lambda: b"\nmeshgauge_jobs_running 1\n" in server.get("/metrics").body)  # a thread has begun it
         waiting = server.compare(extra=ASYNC).headers["location"]
         self.assertEqual(server.stop(), 0)
