@@ -1,41 +1,40 @@
-"""Runs troubles.py with leases of 1.5 s, each on a database of its own."""
+"""Runs troubles.py with leases of 1.5 s, most of it on one cluster: no process requeues jobs in its first 15 s."""
 
 import unittest
 
 import troubles
 from postgres import Missing, Postgres
 
-POSTGRES = None
+POSTGRES = RIG = None
 
 
 def setUpModule():
-    global POSTGRES
+    global POSTGRES, RIG
     try:
         POSTGRES = Postgres()
     except Missing as reason:
         raise unittest.SkipTest(str(reason)) from None
-
-
-def tearDownModule():
-    if POSTGRES is not None:
-        POSTGRES.close()
+    unittest.addModuleCleanup(POSTGRES.close)
+    RIG = troubles.rig_of(troubles.BRIEF, POSTGRES)
+    unittest.addModuleCleanup(RIG.stop)
 
 
 class Troubles(unittest.TestCase):
     def test_a_worker_that_was_stopped_past_its_lease(self):
-        print(troubles.stopped(postgres=POSTGRES))
+        print(troubles.stopped(RIG))
 
     def test_a_job_that_kills_its_workers(self):
-        print(troubles.poison(postgres=POSTGRES))
-
-    def test_the_database_is_gone(self):
-        print(troubles.gone(1.5, postgres=POSTGRES))
+        print(troubles.poison(RIG))
 
     def test_a_worker_that_is_asked_to_end(self):
-        print(troubles.drained(postgres=POSTGRES))
+        print(troubles.drained(RIG))
 
     def test_a_front_end_that_dies(self):
-        print(troubles.broken(postgres=POSTGRES))
+        print(troubles.broken(RIG))
+
+    def test_the_database_is_gone(self):
+        with troubles.rig_of(troubles.BRIEF_WITH_LEASES, POSTGRES) as rig:
+            print(troubles.gone(rig, 1.5))
 
 
 if __name__ == "__main__":
