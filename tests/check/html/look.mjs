@@ -51,8 +51,7 @@ async function serious(how) {
 }
 
 // Each choice shows its own gates, in the table and as cards, and no other.
-async function filter() {
-  const { tab, context } = await open({ width: 1280 });
+async function filter(tab) {
   const wrong = [];
   for (const choice of await tab.locator("input[name=show]").all()) {
     const id = await choice.getAttribute("id");
@@ -63,17 +62,14 @@ async function filter() {
     if (shown.length !== all || (kind !== "all" && shown.some((name) => name !== `gate ${kind}`)))
       wrong.push(`${id} shows ${shown.length} of ${all}: ${shown}`);
   }
-  await context.close();
   return wrong;
 }
 
 // All pictures are decoded and have their size and words.
-async function pictures() {
-  const { tab, context } = await open({ width: 1280 });
+async function pictures(tab) {
   const wrong = await tab.locator("img").evaluateAll((all) =>
     all.filter((e) => e.naturalWidth !== e.width && e.naturalWidth !== Number(e.getAttribute("width"))).map((e) => e.alt));
   const count = await tab.locator("img").count();
-  await context.close();
   return count > 0 ? wrong : ["there is none"];
 }
 
@@ -83,5 +79,6 @@ const views = [
   await look("narrow", { width: 360 }),
   await look("print", { width: 794 }, { media: "print", axe: false }), // axe sees the screen alone
 ];
-console.log(JSON.stringify({ views, filter: await filter(), pictures: await pictures() }));
+const { tab } = await open({ width: 1280 });
+console.log(JSON.stringify({ views, pictures: await pictures(tab), filter: await filter(tab) }));
 await browser.close();
