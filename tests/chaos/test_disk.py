@@ -4,6 +4,7 @@ A real small disk where this process may mount one; and everywhere a disk that f
 one that is in use cannot be made read-only from outside.
 """
 
+import contextlib
 import ctypes
 import errno
 import hashlib
@@ -154,7 +155,7 @@ class Recovery(Case):
     def test_a_log_that_is_not_read(self):
         server = self.serve(self.elsewhere)
         server.read_on.clear()
-        dropped = lambda: float(re.search(r"^meshgauge_log_lines_dropped_total (\S+)", self.metrics(), re.M)[1])
+        dropped = lambda: float(re.search(rb"^meshgauge_log_lines_dropped_total (\S+)", self.ask("GET", "/metrics").body, re.M)[1])
         until(lambda: self.write_log() or dropped() > 0, 240)
         self.measured(self.compare())
         server.read_on.set()
@@ -164,14 +165,10 @@ class Recovery(Case):
 
     def write_log(self, lines=500):
         """Requests of long lines, on one connection."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=victim.ANSWER_SECONDS)
-        self.addCleanup(connection.close)
-        for _ in range(lines):
-            connection.request("GET", "/" + 250 * "x")
-            connection.getresponse().read()
-
-    def metrics(self):
-        return self.ask("GET", "/metrics").body.decode()
+        with contextlib.closing(http.client.HTTPConnection("127.0.0.1", self.port, timeout=victim.ANSWER_SECONDS)) as connection:
+            for _ in range(lines):
+                connection.request("GET", "/" + 250 * "x")
+                connection.getresponse().read()
 
 
 @unittest.skipUnless(in_own_mounts(), "this process may not mount a disk of its own")
@@ -206,7 +203,7 @@ class FullDisk(Case):
         self.measured(self.compare())
         self.measured(self.compare(n=100))  # its upload is a file, elsewhere
         self.measured(self.by_id(a, b), 3)
-        self.assertIn(self.ask("GET", "/v1/meshes/" + hashlib.sha256(a).hexdigest()).status, (200,))
+        self.assertEqual(self.ask("GET", "/v1/meshes/" + hashlib.sha256(a).hexdigest()).status, 200)
         until(lambda: self.what_is_wrong() & {"disk", "store"})
         self.assertEqual(self.ask("GET", "/healthz").status, 200)
         self.assertIn(self.state(path), ("running", "done"))

@@ -144,7 +144,7 @@ class Ends(ServerCase):
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         with self.server.connect() as connection:
             connection.sendall(post_head(len(body)) + body)
-            time.sleep(0.5)
+            until(lambda: b"\nmeshgauge_jobs_running 1\n" in self.server.get("/metrics").body)
         until(lambda: self.server.compare(extra="Prefer: wait=5\r\n").status == 200)  # the one worker is free
 
     def test_a_client_that_disconnects_ends_no_durable_comparison(self):
@@ -324,17 +324,13 @@ class Kept(unittest.TestCase):
         job = wait_for(server, running, *ENDED)
         self.assertEqual(job["tries"], 2)
         self.by_its_deadline(job)
-        self.converge(server, others)
+        self.assertEqual([wait_for(server, path, *ENDED)["result"]["status"] for path in others], ["converged"] * 2)
 
     def test_an_end_in_peace_loses_nothing(self):
         server, running, others = self.restarted(signal.SIGTERM, 0, timeout_ms=100000)
         self.assertIn(wait_for(server, running, "running")["tries"], (1, 2))
         self.assertEqual(server.send("DELETE", running).json()["state"], "cancelled")
-        self.converge(server, others)
-
-    def converge(self, server, paths):
-        for path in paths:
-            self.assertEqual(wait_for(server, path, *ENDED)["result"]["status"], "converged")
+        self.assertEqual([wait_for(server, path, *ENDED)["result"]["status"] for path in others], ["converged"] * 2)
 
     def test_what_runs_has_the_grace_to_end_though_no_client_is_connected(self):
         server = self.start("--grace-ms", "60000")
@@ -366,7 +362,7 @@ class Kept(unittest.TestCase):
         paths = [begin_slow(server)[0] for _ in range(2)]
         answer = server.compare(extra=ASYNC)
         self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
-        self.assertEqual(server.get("/readyz").status, 503)
+        until(lambda: server.get("/readyz").status == 503)
         # Being refused costs no connection.
         post = f"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n{ASYNC}Content-Length: %d\r\n\r\n%s"
         with server.connect() as connection:
