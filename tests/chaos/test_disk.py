@@ -218,9 +218,7 @@ class FullDisk(Case):
         server = self.serve(self.elsewhere)
         a, b = square(0, 60), square(3, 60)
         self.assertEqual([self.store(mesh).status for mesh in (a, b)], [201, 201])
-        answer = self.by_id(a, b)
-        self.measured(answer, 3)
-        path, maps = "/v1/comparisons/" + answer.json()["id"], self.disk / "data/maps"
+        path, maps = self.measured(self.by_id(a, b), 3), self.disk / "data/maps"
         for of in "ab":
             self.assertEqual(self.ask("GET", path + "/deviation.ply?of=" + of).status, 200)
         self.assertGreater(sum(one.stat().st_size for one in maps.iterdir()), 400000)
@@ -343,16 +341,13 @@ class DiskThatFails(Case):
         path = self.begin(1500)
         self.fail(server, number)
         until(lambda: self.what_is_wrong() == {"disk", "store"})
-        self.refused(self.compare(Prefer="respond-async"), status, slug)
-        self.refused(self.compare(Prefer="wait=5"), status, slug)
-        self.refused(self.by_id(a, b, ASYNC.items()), status, slug)
-        self.refused(self.store(square(5, 100)), status, slug)
-        self.refused(self.ask("DELETE", "/v1/meshes/" + hashlib.sha256(a).hexdigest()), status, slug)
+        for answer in (self.compare(Prefer="respond-async"), self.compare(Prefer="wait=5"), self.by_id(a, b, ASYNC.items()),
+                       self.store(square(5, 100)), self.ask("DELETE", "/v1/meshes/" + hashlib.sha256(a).hexdigest())):
+            self.refused(answer, status, slug)
         self.measured(self.compare())
         self.measured(self.compare(n=100))
-        answer = self.by_id(a, b)
-        self.measured(answer, 3)
-        self.assertEqual(self.state("/v1/comparisons/" + answer.json()["id"]), "done")
+        other = self.measured(self.by_id(a, b), 3)
+        self.assertEqual(self.state(other), "done")
         self.assertEqual(self.ask("GET", "/healthz").status, 200)
         until(lambda: any("wait for the store" in line for line in server.log))  # its end cannot be stored
         self.assertEqual(self.state(path), "running")
@@ -362,8 +357,7 @@ class DiskThatFails(Case):
         self.assertLess(sum('"store"' in line for line in server.log), 40)
         server.stop()
         server = self.serve(self.elsewhere)  # and all of it is durable
-        self.assertEqual(self.state(path), "done")
-        self.assertEqual(self.state("/v1/comparisons/" + answer.json()["id"]), "done")
+        self.assertEqual([self.state(one) for one in (path, other)], ["done"] * 2)
         server.stop()
 
     def test_read_only(self):
