@@ -127,7 +127,8 @@ class Taken(Case):
                 return False
             status, headers, body = relay.forward(handler)
             lines = [json.loads(line) for line in body.splitlines()]
-            lines[1:2] = [{**lines[1], "state": "gone", "comparison": None, "result": None}] if len(lines) > 1 else []
+            gone = {"state": "gone", "comparison": None, "result": None}
+            lines = [{**line, **gone} if line["position"] == 1 else line for line in lines]  # in whichever answer it comes
             body = b"".join(json.dumps(line).encode() + b"\n" for line in lines)
             handler.answer(status, {"Content-Type": headers["Content-Type"]}, body)
             return True
