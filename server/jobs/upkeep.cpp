@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-constexpr seconds kSweepInterval{30};
+constexpr seconds kSweepInterval{30};  // at most: what is kept for a shorter time is swept as often
 constexpr minutes kSharedListing{10};  // listing all blobs of shared stores costs many requests
 constexpr seconds kUnusedBlobs{600};   // longer than the time from a put() or renew() to the row that refers to it
 constexpr seconds kUnusedSharedBlobs{3600};  // the same, with other processes' uploads
@@ -38,7 +38,7 @@ void Upkeep::tick() try {
   if (recovery && due(next_recovery_, std::min<milliseconds>(kRecoveryInterval, quarter_lease))) recover();
   unneeded_.remove_some();
   const bool steady = guard_.clock_is_steady();
-  if (due(next_sweep_, kSweepInterval)) {
+  if (due(next_sweep_, sweep_interval())) {
     if (on_duty && steady) sweep_rows();
     release_free_memory();
   }
@@ -53,6 +53,11 @@ void Upkeep::tick() try {
 store::Moment Upkeep::moment() const {
   const auto now = stores_.jobs.time();
   return {now, now + seconds(settings_.result_ttl_s)};
+}
+
+milliseconds Upkeep::sweep_interval() const {
+  const std::uint64_t shortest = std::min<std::uint64_t>(settings_.result_ttl_s, settings_.mesh_ttl_s);
+  return shortest < static_cast<std::uint64_t>(kSweepInterval.count()) ? seconds(shortest) : kSweepInterval;
 }
 
 void Upkeep::recover() {

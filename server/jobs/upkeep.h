@@ -35,6 +35,7 @@ class Upkeep {
   void sweep_rows();
   void sweep_maps();
   void sweep_blobs();
+  std::chrono::milliseconds sweep_interval() const;
   store::Moment moment() const;
 
   const Settings settings_;

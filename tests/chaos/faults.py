@@ -25,6 +25,7 @@ from pathlib import Path
 
 import load
 import victim
+from seeds import seed
 from shim import KINDS, SHIM, Faults, Maps
 from victim import Gone, Victim, ask, until
 from walk import HONEST, HonestLedger, User
@@ -233,9 +234,8 @@ class Campaign:
         kinds = arguments.kinds or KINDS
         seen = [(kind, place) for kind, place in sorted(self.seen) if kind in kinds and place % parts == part]
         self.dice.shuffle(seen)
-        few = [one for one in seen if one[0] != "allocation"]
-        allocations = [one for one in seen if one[0] == "allocation"]
-        self.chosen = few + (allocations if arguments.points is None else allocations[:arguments.points])
+        for kind in kinds:
+            self.chosen += [one for one in seen if one[0] == kind][:arguments.points]
         self.fail_points(self.chosen)
         self.fail_rare_points(sorted(self.unreached - self.reached))
         for kind in kinds[part::parts]:
@@ -312,8 +312,8 @@ def part_of(text):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(1 << 30))
-    parser.add_argument("--points", type=int, help="only so many of the places that allocate, drawn by the seed")
+    parser.add_argument("--seed", type=seed, default=random.SystemRandom().randrange(1 << 30), help="`today`: the date")
+    parser.add_argument("--points", type=int, help="only so many places of each kind, drawn by the seed")
     parser.add_argument("--calls", type=int, default=200, help="the n-th call of a kind, up to this n")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, help="only these kinds of calls")
     parser.add_argument("--part", type=part_of, default=(0, 1), metavar="K/N", help="the K-th of N parts, which may run beside each other")

@@ -20,6 +20,7 @@ from pathlib import Path
 
 from ledger import ENDED, MAX_TRIES, Ledger, is_given_up
 from load import Client, Crowd
+from seeds import seed
 from victim import ASYNC, ENDLESS, FORM, Victim, ask, multipart, square, until
 
 CLIENTS = 6
@@ -195,7 +196,7 @@ def run(kills, seed, verbose, short):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(1 << 30))
+    parser.add_argument("--seed", type=seed, default=random.SystemRandom().randrange(1 << 30), help="`today`: the date")
     parser.add_argument("--quiet", action="store_true", help="only the last line")
     parser.add_argument("--short", action="store_true", help="without the job that kills its service")
     arguments = parser.parse_args()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from victim import ASYNC, BINARY, ENDLESS, FORM, JSON, Victim, ask, multipart, square, until
 
-REPETITIONS = int(os.environ.get("MESHGAUGE_REPETITIONS", "40"))
+REPETITIONS = int(os.environ.get("MESHGAUGE_REPETITIONS", "20"))
 UNKNOWN = "0" * 64
 
 

@@ -1,10 +1,11 @@
 """What most tests here begin with: a PostgreSQL with the schema, some processes on it, and clients of the front ends."""
 
+import secrets
 import sys
 
 from postgres import Postgres
 from processes import QUICK, Fleet, migrate, until
-from scratch import ROOT
+from scratch import ROOT, Scratch
 
 sys.path.insert(0, str(ROOT / "tests/e2e"))
 from harness import Server, comparison, post_head  # noqa: E402
@@ -58,29 +59,43 @@ def endless(timeout_ms):
 class Rig:
     """Clean up by close(), or as a context manager."""
 
-    def __init__(self, front_ends=1, workers=1, flags=QUICK, front_flags=(), worker_flags=("--workers", "2"), prepare=None):
-        """`prepare`: given a folder, more flags of all processes."""
-        self.postgres = Postgres()
+    def __init__(self, front_ends=1, workers=1, flags=QUICK, front_flags=(), worker_flags=("--workers", "2"), prepare=None, postgres=None):
+        """`prepare`: given a folder, more flags of all processes. `postgres`: a server where the rig gets a database of its own; else
+        it has a server of its own."""
+        self.scratch = Scratch()
+        self.own_postgres = None
         try:
-            flags = (*flags, *(prepare(self.postgres.scratch.path) if prepare else ()))
-            migrate(self.postgres.url())
-            self.fleet = Fleet(self.postgres.scratch, self.postgres.url(), flags)
+            self.own_postgres = None if postgres else Postgres(self.scratch)
+            self.postgres = postgres or self.own_postgres
+            self.database = "rig_" + secrets.token_hex(4)
+            url = self.postgres.new_database(self.database)
+            flags = (*flags, *(prepare(self.scratch.path) if prepare else ()))
+            migrate(url)
+            self.fleet = Fleet(self.scratch, url, flags)
             for _ in range(front_ends):
                 self.fleet.add_front_end(*front_flags)
             for _ in range(workers):
                 self.fleet.add_worker(*worker_flags)
             self.fleet.wait()
         except BaseException:
-            self.postgres.close()
+            self._close_servers()
             raise
         self.front_ends, self.workers = self.fleet.front_ends, self.fleet.workers
 
     def client(self, number=0, token=None):
         return Client(self.front_ends[number], token)
 
+    def query(self, sql):
+        return self.postgres.query(sql, self.database)
+
     def close(self):
         self.fleet.kill_all()
-        self.postgres.close()
+        self._close_servers()
+
+    def _close_servers(self):
+        if self.own_postgres:
+            self.own_postgres.close()
+        self.scratch.close()
 
     def stop(self):
         """Ends everything in order, and fails if an end fails."""

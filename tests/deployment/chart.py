@@ -120,10 +120,17 @@ def objects(variant):
     return Objects(rendered(VARIANTS[variant]))
 
 
-def complaints(documents):
-    """What validate.mjs says of them, one line each."""
+def complaints_of_each(documents):
+    """What validate.mjs says of each of them: a list of lines."""
     done = subprocess.run([NODE, HERE / "validate.mjs"], input=json.dumps(documents), capture_output=True, text=True, check=True)
-    return ["{object}{path}: {message}".format(**one) for one in json.loads(done.stdout)]
+    lines = [[] for _ in documents]
+    for one in json.loads(done.stdout):
+        lines[one["index"]].append("{object}{path}: {message}".format(**one))
+    return lines
+
+
+def complaints(documents):
+    return [line for lines in complaints_of_each(documents) for line in lines]
 
 
 class Objects(list):

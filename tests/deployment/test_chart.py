@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 import yaml
-from chart import ALL, CHART, HERE, LEAST, ROOT, VARIANTS, complaints, container, environment, helm, objects, quantity, rendered, run_helm
+from chart import ALL, CHART, HERE, LEAST, ROOT, VARIANTS, complaints, complaints_of_each, container, environment, helm, objects, quantity, rendered, run_helm
 
 BINARY = os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build/meshgauge"))
 LABEL_VALUE = re.compile(r"([A-Za-z0-9]([-A-Za-z0-9_.]{0,61}[A-Za-z0-9])?)?")
@@ -18,6 +18,16 @@ NAME = re.compile(r"[a-z]([-a-z0-9]{0,61}[a-z0-9])?")
 
 def setUpModule():
     helm()
+
+
+def changed(made, path, value):
+    """A copy with another value at the path."""
+    made = at = copy.deepcopy(made)
+    *folders, last = path.split("/")
+    for step in folders:
+        at = at[int(step) if isinstance(at, list) else step]
+    at[last] = value
+    return made
 
 
 def every(test):
@@ -104,7 +114,7 @@ class Schemas(unittest.TestCase):
         """The schemas' functions pass over unknown fields; our code finds them."""
         front = "Deployment/meshgauge-frontend"
         container = "spec/template/spec/containers/0"
-        for path, value, seen in [
+        changes = [(objects("all").deployment("frontend"), path, value, seen) for path, value, seen in [
             ("spec/replicas", "two", f"{front}/spec/replicas: type"),
             ("spec/selectors", {}, f"{front}/spec/selectors: unknown field"),
             (f"{container}/livenessProbe/httpGet/prt", 1, "/httpGet/prt: unknown field"),
@@ -114,29 +124,20 @@ class Schemas(unittest.TestCase):
             ("spec/template/spec/securityContext/seccompProfile/type", "Default", "/seccompProfile/type: enum"),
             ("metadata/labels/number", 1, "/metadata/labels/number: type"),
             ("kind", "Deploiment", "no Deploiment in apps/v1"),
-        ]:
-            self.assertSeen(objects("all").deployment("frontend"), path, value, seen)
-        for kind, name, path, value, seen in [
+        ]]
+        changes += [(objects("all").one(kind, name), path, value, seen) for kind, name, path, value, seen in [
             ("ScaledObject", None, "spec/triggers/0/metdata", {}, "/metdata: unknown field"),
             ("ServiceMonitor", "meshgauge-worker", "spec/endpoints/0/authorisation", {}, "/authorisation: unknown field"),
             ("NetworkPolicy", "meshgauge-worker", "spec/egress/0/ports/0/port", [53], "/ports/0/port: "),
             ("PodDisruptionBudget", "meshgauge-worker", "spec/maxUnavailable", [], "/maxUnavailable: "),
-        ]:
-            self.assertSeen(objects("all").one(kind, name), path, value, seen)
+        ]]
+        for (_, path, value, seen), lines in zip(changes, complaints_of_each([changed(*change[:3]) for change in changes])):
+            self.assertTrue(any(seen in line for line in lines), f"{path} = {value!r} gives {lines}, not {seen!r}")
 
     def test_what_is_missing_is_seen(self):
         made = copy.deepcopy(objects("all").deployment("worker"))
         del made["spec"]["selector"]
         self.assertIn('Deployment/meshgauge-worker/spec: required {"missingProperty":"selector"}', complaints([made]))
-
-    def assertSeen(self, made, path, value, seen):
-        made = at = copy.deepcopy(made)
-        *folders, last = path.split("/")
-        for step in folders:
-            at = at[int(step) if isinstance(at, list) else step]
-        at[last] = value
-        found = complaints([made])
-        self.assertTrue(any(seen in line for line in found), f"{path} = {value!r} gives {found}, not {seen!r}")
 
 
 class Rules(unittest.TestCase):

@@ -44,7 +44,7 @@ async function complaints(object) {
 
 const objects = JSON.parse(readFileSync(0, "utf8"));
 const found = [];
-for (const object of objects) {
-  for (const complaint of await complaints(object)) found.push({ object: `${object.kind}/${object.metadata?.name}`, ...complaint });
+for (const [index, object] of objects.entries()) {
+  for (const complaint of await complaints(object)) found.push({ index, object: `${object.kind}/${object.metadata?.name}`, ...complaint });
 }
 console.log(JSON.stringify(found));

@@ -35,7 +35,8 @@ RAISED = b"v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nf 1 2 3\nf 1 3 4\n"
 
 def flat_grid(n):
     """The unit square in n * n squares. Two of them are at distance 0, which bisection approaches for ever."""
-    lines = ["v %r %r 0" % (i / n, j / n) for j in range(n + 1) for i in range(n + 1)]
+    places = [repr(i / n) for i in range(n + 1)]
+    lines = ["v %s %s 0" % (x, y) for y in places for x in places]
     for j in range(n):
         for i in range(n):
             a = j * (n + 1) + i + 1

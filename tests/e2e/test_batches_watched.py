@@ -32,7 +32,7 @@ class Watched(unittest.TestCase):
         path = accepted(submit(server, manifest))
         with server.connect() as connection:
             connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path.encode())
-            until(lambda: server.get(path).json()["counts"]["running"])
+            until(lambda: b"event: progress" in connection.recv(1 << 16, socket.MSG_PEEK))
             server.send("DELETE", path)
             told = list(events_of(read_answer(connection.makefile("rb")).body))
         self.assertEqual(told[-1][0], "end")

@@ -327,7 +327,7 @@ class Stores(unittest.TestCase):
             for request in requests:
                 answer = self.server.raw(request)
                 self.assertEqual((answer.status, answer.json()["type"]), (status, URN + slug), request[:60])
-            self.assertEqual(self.server.get("/readyz").status, 503)
+            until(lambda: self.server.get("/readyz").status == 503)
         self.break_disk(0)
         until(lambda: self.server.get("/readyz").status == 200)
 

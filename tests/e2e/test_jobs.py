@@ -144,7 +144,7 @@ class Ends(ServerCase):
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         with self.server.connect() as connection:
             connection.sendall(post_head(len(body)) + body)
-            time.sleep(0.5)
+            until(lambda: b"\nmeshgauge_jobs_running 1\n" in self.server.get("/metrics").body)
         until(lambda: self.server.compare(extra="Prefer: wait=5\r\n").status == 200)  # the one worker is free
 
     def test_a_client_that_disconnects_ends_no_durable_comparison(self):
@@ -309,30 +309,32 @@ class Kept(unittest.TestCase):
         self.assertEqual((job["state"], job["result"]["status"]), ("done", "timeout"))
         self.assertLessEqual(job["result"]["distance"]["lower"], job["result"]["distance"]["upper"])
 
-    def restarted(self, sign, code):
+    def restarted(self, sign, code, timeout_ms):
+        """The service after a restart, and the paths of the comparison that ran and of those behind it."""
         server = self.start("--grace-ms", "200")
-        options = {**SLOW_OPTIONS, "timeout_ms": 5000}
-        running = server.compare(**SLOW, options=options, extra=ASYNC).headers["location"]
+        running, _ = begin_slow(server, timeout_ms=timeout_ms)
         wait_for(server, running, "running")
         waiting = server.compare(extra=ASYNC).headers["location"]
         ended = server.compare(extra="Prefer: wait=0\r\n").headers["location"]
         self.assertEqual(server.stop(sign), code)
-        server = self.start()
-        job = wait_for(server, running, *ENDED)
-        self.assertIn(job["tries"], (2,) if sign == signal.SIGKILL else (1, 2))
-        self.by_its_deadline(job)
-        for path in (waiting, ended):
-            self.assertEqual(wait_for(server, path, *ENDED)["result"]["status"], "converged")
+        return self.start(), running, (waiting, ended)
 
     def test_a_kill_loses_nothing(self):
-        self.restarted(signal.SIGKILL, -signal.SIGKILL)
+        server, running, others = self.restarted(signal.SIGKILL, -signal.SIGKILL, timeout_ms=5000)
+        job = wait_for(server, running, *ENDED)
+        self.assertEqual(job["tries"], 2)
+        self.by_its_deadline(job)
+        self.assertEqual([wait_for(server, path, *ENDED)["result"]["status"] for path in others], ["converged"] * 2)
 
     def test_an_end_in_peace_loses_nothing(self):
-        self.restarted(signal.SIGTERM, 0)
+        server, running, others = self.restarted(signal.SIGTERM, 0, timeout_ms=100000)
+        self.assertIn(wait_for(server, running, "running")["tries"], (1, 2))
+        self.assertEqual(server.send("DELETE", running).json()["state"], "cancelled")
+        self.assertEqual([wait_for(server, path, *ENDED)["result"]["status"] for path in others], ["converged"] * 2)
 
     def test_what_runs_has_the_grace_to_end_though_no_client_is_connected(self):
         server = self.start("--grace-ms", "60000")
-        running = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 3000}, extra=ASYNC).headers["location"]
+        running = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 2000}, extra=ASYNC).headers["location"]
         until(lambda: b"\nmeshgauge_jobs_running 1\n" in server.get("/metrics").body)  # a thread has begun it
         waiting = server.compare(extra=ASYNC).headers["location"]
         self.assertEqual(server.stop(), 0)
@@ -360,7 +362,7 @@ class Kept(unittest.TestCase):
         paths = [begin_slow(server)[0] for _ in range(2)]
         answer = server.compare(extra=ASYNC)
         self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
-        self.assertEqual(server.get("/readyz").status, 503)
+        until(lambda: server.get("/readyz").status == 503)
         # Being refused costs no connection.
         post = f"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n{ASYNC}Content-Length: %d\r\n\r\n%s"
         with server.connect() as connection:

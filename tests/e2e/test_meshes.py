@@ -131,12 +131,13 @@ class ByIds(ServerCase):
         mesh, other = wavy_grid(150, 0.1), wavy_grid(10, 0.1)
         for data in (mesh, other):
             self.server.send("PUT", path_of(data), data)
-        first, second = (compare(self.server, id_of(mesh), id_of(other)).json() for _ in range(2))
-        self.assertEqual(first["distance"], second["distance"])
-        self.assertGreater(first["timings_ms"]["read_a"], 10 * second["timings_ms"]["read_a"])
-        self.assertGreater(first["timings_ms"]["build"], 10 * second["timings_ms"]["build"])
-        print("first %(read_a).2f + %(build).2f ms," % first["timings_ms"],
-              "then %(read_a).3f + %(build).3f ms" % second["timings_ms"])
+        first, *later = (compare(self.server, id_of(mesh), id_of(other)).json() for _ in range(6))
+        self.assertEqual([one["distance"] for one in later], [first["distance"]] * 5)
+        cold = first["timings_ms"]
+        warm = {stage: min(one["timings_ms"][stage] for one in later) for stage in cold}  # other work of the machine delays some
+        print("first %(read_a).2f + %(build).2f ms," % cold, "then %(read_a).3f + %(build).3f ms" % warm)
+        for stage in ("read_a", "build"):
+            self.assertGreater(cold[stage], 10 * warm[stage])
 
     def test_it_may_be_a_job(self):
         answer = compare(self.server, id_of(SQUARE), id_of(RAISED), extra="Prefer: respond-async\r\n")

@@ -52,7 +52,7 @@ class Metrics(unittest.TestCase):
 
     def test_readers_of_uploads_are_counted(self):
         self.server.compare()
-        self.assertEqual(self.value('meshgauge_sandbox_workers_ended_total{outcome="read"}'), 2)
+        until(lambda: self.value('meshgauge_sandbox_workers_ended_total{outcome="read"}') == 2)
         self.assertGreaterEqual(self.value("meshgauge_sandbox_workers_started_total"), 2)
 
     def test_head_has_no_body(self):

@@ -7,7 +7,6 @@ import select
 import signal
 import socket
 import threading
-import time
 import unittest
 
 from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, flat_grid, comparison, holding_the_worker, multipart, occupy_guests,
@@ -251,8 +250,8 @@ class End(unittest.TestCase):
         connections = [server.connect() for _ in range(3)]
         connections[1].sendall(b"GET / HT")
         connections[2].sendall(post_head(1000) + b"--XX")
-        time.sleep(0.2)
-        self.assertEqual(server.stop(timeout=20), 0)
+        until(lambda: b"\nmeshgauge_connections 4\n" in server.get("/metrics").body)  # with this one
+        self.assertEqual(server.stop(), 0)
         for connection in connections:
             connection.close()
 

@@ -18,18 +18,18 @@ class Memory(ServerCase):
     """Comparisons reserve their memory: what does not fit waits, and what never can is refused."""
 
     flags = ("--workers", "3", "--max-memory-bytes", str(264 * MB), "--max-heap-bytes", str(16 * MB))  # 4 searches; 200 MB for meshes
-    mesh = gzip.compress(flat_grid(400))  # 320,000 triangles: two of them take 113 MB with their trees
+    mesh = gzip.compress(flat_grid(400), 1)  # 320,000 triangles: two of them take 113 MB with their trees
 
     def test_what_never_fits_is_refused_with_the_numbers(self):
-        large = gzip.compress(flat_grid(560))
+        large = gzip.compress(flat_grid(560), 1)
         problem = self.refused(self.server.compare(large, large), 413, "too-large")
         self.assertIn("1254400 triangles", problem["detail"])
         self.assertIn("more than the 175000000 that one may have", problem["detail"])
 
     def test_what_does_not_fit_now_waits(self):
-        with ThreadPoolExecutor(6) as pool:
-            answers = list(pool.map(lambda _: self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 100000}), range(6)))
-        self.assertEqual([answer.status for answer in answers], [200] * 6)
+        with ThreadPoolExecutor(4) as pool:
+            answers = list(pool.map(lambda _: self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 100000}), range(4)))
+        self.assertEqual([answer.status for answer in answers], [200] * 4)
 
     def test_one_that_waits_for_too_long_is_told(self):
         until(lambda: len(workers(self.server)) == 4)  # those that other tests used have ended
@@ -42,9 +42,9 @@ class Memory(ServerCase):
         self.assertEqual(self.server.compare(self.mesh, self.mesh, options={"timeout_ms": 100000}).status, 200)
 
     def test_a_reader_gets_more_when_the_usual_is_not_enough(self):
-        bomb = gzip.compress(SQUARE + b"#" * 150 * MB)
+        bomb = gzip.compress(SQUARE + b"#" * 150 * MB, 1)
         self.assertEqual(self.server.compare(bomb, RAISED).status, 413)  # more than the reader can have here
-        fits = gzip.compress(SQUARE + b"#" * 40 * MB)
+        fits = gzip.compress(SQUARE + b"#" * 40 * MB, 1)
         self.assertEqual(self.server.compare(fits, RAISED).status, 200)
 
 

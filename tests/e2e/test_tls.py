@@ -326,8 +326,8 @@ class Tls(unittest.TestCase):
         server = self.start("--grace-ms", "300")
         connections = [server.plain(), server.plain(), server.connect()]
         connections[1].sendall(b"\x16\x03")
-        time.sleep(0.2)
-        self.assertEqual(server.stop(timeout=20), 0)
+        until(lambda: b"\nmeshgauge_connections 4\n" in server.get("/metrics").body)  # with this one
+        self.assertEqual(server.stop(), 0)
         for connection in connections:
             connection.close()
 

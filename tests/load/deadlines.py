@@ -11,15 +11,17 @@ import math
 import os
 import pathlib
 import random
+import select
 import signal
 import struct
 import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/load"))
+sys.path[:0] = [str(ROOT / "tests/load"), str(ROOT / "tests/chaos")]
 
 from loadtest.service import Service  # noqa: E402
+from seeds import seed  # noqa: E402
 
 STRATEGIES = (("auto", None), ("four_point", None), ("n_point", 4), ("n_point", 1585), ("triangle_set", None))
 ALLOWED = (200, 409, 413, 422, 503)  # what a comparison that is cut short may be answered with
@@ -175,8 +177,7 @@ class Trial:
     def hold(self, ids):
         """A request that waits while others have both threads; then one of those is deleted, and the other's client goes."""
         path = self.begin(ids)
-        waits, _ = self.client.send(*self.client.compare(*ids, {**self.options, "timeout_ms": 100_000}))
-        time.sleep(0.2)
+        waits = self.wait_beside(path, ids)
         if path and not self.ended(path):
             self.in_time("queued", self.client.ask(*self.client.compare(*ids, self.options)))
             began = time.monotonic()
@@ -186,20 +187,28 @@ class Trial:
             self.note("deleted", time.monotonic() - began)
         waits.close()
         went = time.monotonic()
-        while self.running() > 0:
+        while self.samples("jobs_running") > 0:
             time.sleep(0.005)
         self.note("left", time.monotonic() - went)
 
-    def running(self):
+    def wait_beside(self, path, ids):
+        """The connection of a client whose comparison runs or waits, beside the one of the path while that runs, or has ended."""
+        waits, _ = self.client.send(*self.client.compare(*ids, {**self.options, "timeout_ms": 100_000}))
+        while not select.select([waits.sock], [], [], 0)[0]:
+            if self.samples("jobs_running", "queue_depth") >= (2 if path and not self.ended(path) else 1):
+                break
+            time.sleep(0.005)
+        return waits
+
+    def samples(self, *names):
+        """Their sum."""
         connection, _ = self.client.send("GET", "/metrics")
         text = connection.getresponse().read().decode()
         connection.close()
-        return float(text.split("\nmeshgauge_jobs_running ", 1)[1].split("\n", 1)[0])
+        return sum(float(text.split(f"\nmeshgauge_{name} ", 1)[1].split("\n", 1)[0]) for name in names)
 
     def terminate(self, service, ids):
-        self.begin(ids)
-        waits, _ = self.client.send(*self.client.compare(*ids, {**self.options, "timeout_ms": 100_000}))
-        time.sleep(0.1)
+        waits = self.wait_beside(self.begin(ids), ids)
         began = time.monotonic()
         service.process.send_signal(signal.SIGTERM)
         status = waits.getresponse().status
@@ -216,6 +225,8 @@ def arguments():
     parser.add_argument("--timeout-ms", type=int, default=1500)
     parser.add_argument("--shapes", default=",".join(shape.__name__ for shape in SHAPES))
     parser.add_argument("--strategies", default=",".join(sorted({name for name, _ in STRATEGIES})))
+    parser.add_argument("--cases", type=int, metavar="N", help="only so many pairs of a shape and a strategy, drawn by the seed")
+    parser.add_argument("--seed", type=seed, default=1, help="`today`: the date")
     parser.add_argument("--serve", default="", metavar="FLAGS", help="further flags of meshgauge serve")
     parser.add_argument("--binary", default=os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build/meshgauge")))
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/load", metavar="FOLDER")
@@ -225,19 +236,21 @@ def arguments():
 def main():
     args = arguments()
     args.out.mkdir(parents=True, exist_ok=True)
-    dice = random.Random(1)
+    chosen = [(shape, strategy) for shape in SHAPES if shape.__name__ in args.shapes.split(",")
+              for strategy in STRATEGIES if strategy[0] in args.strategies.split(",")]
+    if args.cases is not None:
+        print(f"seed {args.seed}")
+        dice = random.Random(args.seed)
+        chosen = [chosen[i] for i in sorted(dice.sample(range(len(chosen)), min(args.cases, len(chosen))))]
     print("| mesh | strategy | " + " | ".join(COLUMNS) + " |\n|---|---|" + "--:|" * len(COLUMNS))
-    for shape in SHAPES:
-        if shape.__name__ not in args.shapes.split(","):
-            continue
-        pair = grid(4), shape(args.triangles, dice)
-        for strategy in STRATEGIES:
-            if strategy[0] not in args.strategies.split(","):
-                continue
-            late = Trial(args, pair, strategy).run()
-            name = strategy[0] + (f" {strategy[1]}" if strategy[1] else "")
-            cells = ["–" if late[c] == -math.inf else f"{late[c]:.0f}" for c in COLUMNS]
-            print(f"| {shape.__name__} | {name} | " + " | ".join(cells) + " |", flush=True)
+    made, pair = None, None
+    for shape, strategy in chosen:
+        if shape is not made:
+            made, pair = shape, (grid(4), shape(args.triangles, random.Random(1)))
+        late = Trial(args, pair, strategy).run()
+        name = strategy[0] + (f" {strategy[1]}" if strategy[1] else "")
+        cells = ["–" if late[c] == -math.inf else f"{late[c]:.0f}" for c in COLUMNS]
+        print(f"| {shape.__name__} | {name} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,19 @@
 """The plugin for pytest, in runs of pytest of its own."""
 
-import importlib.util
+import os
 import pathlib
 import re
-import subprocess
 import sys
 import tempfile
+import traceback
 import unittest
 import urllib.parse
 
-if importlib.util.find_spec("pytest") is None:
-    raise unittest.SkipTest("pytest is not installed")
+try:
+    import numpy  # noqa: F401  once, for all runs
+    import pytest
+except ImportError as missing:
+    raise unittest.SkipTest(str(missing)) from None
 
 TESTS = pathlib.Path(__file__).parent
 HEAD = f"import sys; sys.path.insert(0, {str(TESTS)!r})\nimport shapes\n"
@@ -27,10 +30,30 @@ class Plugin(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def run_pytest(self, source, *flags):
+        """Exit code and output of pytest, in a process of its own that need not import it."""
         (self.folder / "test_it.py").write_text(source)
-        command = [sys.executable, "-m", "pytest", "-p", "meshgauge.pytest_plugin", "-q", *flags, "test_it.py"]
-        run = subprocess.run(command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        return run.returncode, run.stdout
+        with tempfile.TemporaryFile("w+") as output:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            child = os.fork()
+            if child == 0:
+                self.become_pytest(output, ["-p", "meshgauge.pytest_plugin", "-q", *flags, "test_it.py"])
+            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            output.seek(0)
+            return code, output.read()
+
+    def become_pytest(self, output, arguments):
+        code = 70
+        try:
+            os.chdir(self.folder)
+            for stream in (1, 2):
+                os.dup2(output.fileno(), stream)
+            code = int(pytest.main(arguments))
+            sys.stdout.flush()
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            os._exit(code)
 
     def test_baselines_are_written_when_asked(self):
         baseline = self.folder / "baselines/part.ply"

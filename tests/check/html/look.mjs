@@ -7,7 +7,7 @@ import { readFileSync } from "node:fs";
 import { chromium } from "playwright-core";
 
 const [, , executablePath, page, folder] = process.argv;
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const axeSource = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const address = pathToFileURL(page).href;
 const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
 
@@ -28,21 +28,22 @@ async function open({ width, colorScheme = "light", bypassCSP = false }) {
   return { tab, context, asked, console: console_ };
 }
 
-async function look(name, how, media) {
+// The picture is of the whole page or of its beginning.
+async function look(name, how, { media, fullPage = false, axe = true } = {}) {
   const { tab, context, asked, console: lines } = await open(how);
   if (media) await tab.emulateMedia({ media });
   const width = await tab.evaluate(() => document.documentElement.scrollWidth);
-  await tab.screenshot({ path: join(folder, `${name}.png`), fullPage: true });
+  await tab.screenshot({ path: join(folder, `${name}.png`), fullPage });
   await context.close();
-  const findings = await serious(how);
+  const findings = axe ? await serious(how) : [];
   return { name, requests: asked.length, asked, width, room: how.width, violations: findings.length, findings, console: lines };
 }
 
 async function serious(how) {
   const { tab, context } = await open({ ...how, bypassCSP: true });
   await tab.evaluate(() => document.querySelectorAll("details").forEach((each) => (each.open = true)));
-  await tab.evaluate(axe);
-  const result = await tab.evaluate(() => globalThis.axe.run());
+  await tab.evaluate(axeSource);
+  const result = await tab.evaluate(() => globalThis.axe.run({ resultTypes: ["violations"], selectors: false }));
   await context.close();
   return result.violations
     .filter((each) => ["serious", "critical"].includes(each.impact))
@@ -50,8 +51,7 @@ async function serious(how) {
 }
 
 // Each choice shows its own gates, in the table and as cards, and no other.
-async function filter() {
-  const { tab, context } = await open({ width: 1280 });
+async function filter(tab) {
   const wrong = [];
   for (const choice of await tab.locator("input[name=show]").all()) {
     const id = await choice.getAttribute("id");
@@ -62,25 +62,23 @@ async function filter() {
     if (shown.length !== all || (kind !== "all" && shown.some((name) => name !== `gate ${kind}`)))
       wrong.push(`${id} shows ${shown.length} of ${all}: ${shown}`);
   }
-  await context.close();
   return wrong;
 }
 
 // All pictures are decoded and have their size and words.
-async function pictures() {
-  const { tab, context } = await open({ width: 1280 });
+async function pictures(tab) {
   const wrong = await tab.locator("img").evaluateAll((all) =>
     all.filter((e) => e.naturalWidth !== e.width && e.naturalWidth !== Number(e.getAttribute("width"))).map((e) => e.alt));
   const count = await tab.locator("img").count();
-  await context.close();
   return count > 0 ? wrong : ["there is none"];
 }
 
 const views = [
-  await look("light", { width: 1280 }),
+  await look("light", { width: 1280 }, { fullPage: true }),
   await look("dark", { width: 1280, colorScheme: "dark" }),
   await look("narrow", { width: 360 }),
-  await look("print", { width: 794 }, "print"),
+  await look("print", { width: 794 }, { media: "print", axe: false }), // axe sees the screen alone
 ];
-console.log(JSON.stringify({ views, filter: await filter(), pictures: await pictures() }));
+const { tab } = await open({ width: 1280 });
+console.log(JSON.stringify({ views, pictures: await pictures(tab), filter: await filter(tab) }));
 await browser.close();

@@ -55,12 +55,14 @@ Mesh with_hole(Mesh mesh, const Vec3& at, double radius) {
   return mesh;
 }
 
+constexpr std::uint32_t kRings = 48;  // of spheres
+
 std::vector<check::Gate> one_of_each(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const auto file = [&](const char* name, const Mesh& mesh) { return write_off(folder / name, mesh); };
-  const std::string round = file("round.off", shapes::sphere(90, 10));
-  const std::string dent = file("dent.off", dented(90));
-  const std::string hole = file("hole.off", with_hole(shapes::sphere(90, 10), Vec3(6, -6, 5), 1.4));
+  const std::string round = file("round.off", shapes::sphere(kRings, 10));
+  const std::string dent = file("dent.off", dented(kRings));
+  const std::string hole = file("hole.off", with_hole(shapes::sphere(kRings, 10), Vec3(6, -6, 5), 1.4));
   const std::string block = file("block.off", shapes::cube(20, Vec3(1e6, 1e6, 0)));
   const std::string moved = file("moved.off", shapes::moved(shapes::cube(20, Vec3(1e6, 1e6, 0)), Vec3(0.05, 0, 0)));
   const std::string flat = file("flat.off", shapes::grid(3, 30));

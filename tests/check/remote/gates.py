@@ -8,11 +8,15 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from harness import ENVIRONMENT, ROOT, until
+from harness import BINARY, ENVIRONMENT, ROOT, Server, until
+
+sys.path.append(str(ROOT / "tests/cluster"))
+from scratch import free_port  # noqa: E402
 
 MEGABYTE = 1 << 20
 MEASURE = os.environ.get("MESHGAUGE_MEASURE_GATES", str(ROOT / "build" / "tests" / "check" / "remote" / "measure_gates"))
@@ -20,6 +24,12 @@ MEASURE = os.environ.get("MESHGAUGE_MEASURE_GATES", str(ROOT / "build" / "tests"
 
 def url_of(server, host="127.0.0.1", scheme="http"):
     return "%s://%s:%d" % (scheme, host, server.port)
+
+
+def server_at(port, data, *flags):
+    """A service at a port of free_port(), which is still free when the service is started again there."""
+    program = ("/bin/sh", "-c", 'shift 3; exec "%s" serve --port %d "$@"' % (BINARY, port), "sh")
+    return Server(*flags, program=program, environment={"MESHGAUGE_DATA_DIR": data})
 
 
 def gate(name, candidate, baseline, **more):

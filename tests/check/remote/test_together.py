@@ -7,8 +7,8 @@ import unittest
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from gates import MEGABYTE, Relay, Run, gate, measure, requests, url_of, without_batches, without_chance
-from harness import BINARY, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, until_computing
+from gates import MEGABYTE, Relay, Run, free_port, gate, measure, requests, server_at, url_of, without_batches, without_chance
+from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, until_computing
 from workplace import Workplace, square
 
 SHORT = {"retry_ms": 700, "first_contact_ms": 300}
@@ -18,12 +18,6 @@ PATH = "/v1/batches"
 def posts(server):
     """How many batches, and how many comparisons, were asked for."""
     return len(requests(server, "POST", PATH)), len(requests(server, "POST", "/v1/comparisons"))
-
-
-def again(data, port):
-    """Starts the service at its old address: --port occurs twice, and the last one wins."""
-    program = ("/bin/sh", "-c", 'shift 3; exec "%s" serve --port %s "$@"' % (BINARY, port), "sh")
-    return Server(program=program, environment={"MESHGAUGE_DATA_DIR": data})
 
 
 class Command(Workplace):
@@ -133,7 +127,8 @@ class Taken(Case):
                 return False
             status, headers, body = relay.forward(handler)
             lines = [json.loads(line) for line in body.splitlines()]
-            lines[1:2] = [{**lines[1], "state": "gone", "comparison": None, "result": None}] if len(lines) > 1 else []
+            gone = {"state": "gone", "comparison": None, "result": None}
+            lines = [{**line, **gone} if line["position"] == 1 else line for line in lines]  # in whichever answer it comes
             body = b"".join(json.dumps(line).encode() + b"\n" for line in lines)
             handler.answer(status, {"Content-Type": headers["Content-Type"]}, body)
             return True
@@ -250,7 +245,7 @@ class Suspicion(Case):
 class Restarts(Case):
     def start(self):
         data = str(self.folder / "data")
-        server = Server("--workers", "1", environment={"MESHGAUGE_DATA_DIR": data})
+        server = server_at(free_port(), data, "--workers", "1")
         gates = [*self.gates, *[self.slow("slow %d" % i, timeout_ms=400) for i in range(2)]]
         return server, data, Run(gates, {"url": url_of(server)})
 
@@ -265,7 +260,7 @@ class Restarts(Case):
         server, data, run = self.start()
         until(lambda: requests(server, "GET", PATH))
         server.stop(signal.SIGKILL)
-        server = again(data, server.port)
+        server = server_at(server.port, data)
         self.assert_measured(run, server)
         self.assertEqual(posts(server), (0, 0))
 
@@ -273,7 +268,7 @@ class Restarts(Case):
         server, _, run = self.start()
         until(lambda: requests(server, "GET", PATH))
         server.stop(signal.SIGKILL)
-        server = again(str(self.folder / "other"), server.port)
+        server = server_at(server.port, str(self.folder / "other"))
         self.assert_measured(run, server)
         until(lambda: posts(server)[0] > 0)
         self.assertEqual(posts(server), (1, 0))

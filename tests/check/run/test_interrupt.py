@@ -1,23 +1,31 @@
 """Ctrl-C and SIGTERM: the intervals so far are reported, soon."""
 
+import fcntl
 import json
 import os
 import signal
+import struct
 import subprocess
-import time
+import termios
 import unittest
 
-from harness import SLOW, until_computing, wavy_grid
+from harness import SLOW, until, until_computing, wavy_grid
 from workplace import Workplace
 
+F_GETPIPE_SZ = 1032  # of Linux; Python's fcntl has it since 3.10
 FOREVER = ("--max-distance", "0", "--strategy", "four_point", "--timeout", "100 s")
+
+
+def waiting_in(pipe):
+    """How many bytes can be read from it."""
+    return struct.unpack("i", fcntl.ioctl(pipe, termios.FIONREAD, bytes(4)))[0]
 
 
 class Interrupt(Workplace):
     def hard_pair(self):
         return self.file("1.obj", SLOW["a"]), self.file("2.obj", SLOW["b"])
 
-    def ended_by(self, sign, process, after=1.0):
+    def ended_by(self, sign, process, after=0.3):
         until_computing(process, after)
         process.send_signal(sign)
         out, err = process.communicate(timeout=60)
@@ -40,8 +48,10 @@ class Interrupt(Workplace):
             (self.folder / "report.json").unlink()
 
     def test_while_a_large_file_is_read(self):
-        self.file("large.obj", wavy_grid(900, 0.1))
-        self.file("other.obj", wavy_grid(900, 0.1))
+        grid = wavy_grid(300, 0.1)
+        large = grid + 8 * grid[grid.index(b"f "):]
+        self.file("large.obj", large)
+        self.file("other.obj", large)
         process = self.start("large.obj", "other.obj", "--max-distance", "0.1", "--json")
         code, out, _ = self.ended_by(signal.SIGINT, process, after=0.1)
         report = json.loads(out)
@@ -78,10 +88,10 @@ class Interrupt(Workplace):
         self.manifest(many)
         process = self.start("gates.yaml", "--json", "--quiet", stdout=write, stderr=subprocess.DEVNULL)
         os.close(write)
-        until_computing(process, 1)
+        until_computing(process, 0.3)
         process.send_signal(signal.SIGINT)
-        time.sleep(1)
-        self.assertIsNone(process.poll())  # 300 gates do not fit into a pipe
+        until(lambda: waiting_in(read) > fcntl.fcntl(read, F_GETPIPE_SZ) - 4096)  # 300 gates do not fit into a pipe
+        self.assertIsNone(process.poll())
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), -signal.SIGINT)
 
