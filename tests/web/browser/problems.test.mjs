@@ -16,7 +16,7 @@ const place = workplace(() => ({
   "picture.png": Buffer.from("89504e470d0a1a0a0000000d49484452", "hex"),
   "empty.stl": Buffer.alloc(84),
   "large.obj": Buffer.concat([good, Buffer.alloc(200_000, "# nothing\n")]),
-}), "--max-part-bytes", "100000");
+}), { serve: ["--max-part-bytes", "100000"] });
 
 async function trouble(walk, name) {
   const box = walk.page.locator("#trouble");
