@@ -12,10 +12,11 @@ const place = workplace(() => ({
   ...endlessMeshes(),
 }));
 
+// The narrow ones have one style (40rem): axe looks at one of them.
 const looks = {
-  light: {}, dark: { colorScheme: "dark" }, narrow: { size: [360, 740] },
+  light: {}, dark: { colorScheme: "dark" }, narrow: { size: [360, 740], checked: false },
   narrowest: { size: [320, 640] }, // 1280 at 400 %
-  contrast: { forcedColors: "active" }, "large type": { size: [640, 450] }, // 1280 at 200 %
+  contrast: { forcedColors: "active" }, "large type": { size: [640, 450], checked: false }, // 1280 at 200 %
 };
 
 // Each state of the page; `reached` when it is there.
@@ -49,7 +50,7 @@ for (const [state, reach] of Object.entries(states))
   test(state, async (all) => {
     const tab = await Tab.open(place.browser, place.service, { bypassCSP: true }), walk = await Walk.begin(tab);
     await reach(walk);
-    for (const [look, { colorScheme = "light", forcedColors = "none", size: [width, height] = [1280, 900] }] of Object.entries(looks))
+    for (const [look, { colorScheme = "light", forcedColors = "none", size: [width, height] = [1280, 900], checked = true }] of Object.entries(looks))
       await all.test(look, async () => {
         await tab.page.emulateMedia({ colorScheme, forcedColors });
         await tab.page.setViewportSize({ width, height });
@@ -57,7 +58,7 @@ for (const [state, reach] of Object.entries(states))
         await tab.shot(`look_${state}_${look.replace(" ", "_")}`, { whole: true });
         const { wide, room } = await tab.page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
         assert.ok(wide <= room, `${wide} pixels wide in a window of ${room}`);
-        assert.deepEqual(await faults(tab), []);
+        if (checked) assert.deepEqual(await faults(tab), []);
         assert.deepEqual(tab.foreign, []);
       });
     if (state === "running") {
