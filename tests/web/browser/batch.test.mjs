@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { batchAt, begun, ended, square, stored } from "./batches.mjs";
-import { faults, Tab } from "./browser.mjs";
+import { faults } from "./browser.mjs";
 import { ply, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
@@ -13,7 +13,7 @@ const place = workplace(() => ({}), { serve: ["--workers", "4"] });
 const gate = { max_distance: 0.5, units: "mm" };
 
 async function opened(path, how) {
-  const walk = new Walk(await Tab.open(place.browser, place.service, how));
+  const walk = new Walk(await place.tab(how));
   await walk.tab.go(path);
   await walk.page.locator("#batch-view:not([hidden]), #trouble .trouble").first().waitFor();
   return walk;
@@ -130,7 +130,7 @@ test("the reports are saved", async () => {
 
 test("a running batch: its counts follow, also after a lost connection, until it is cancelled", async () => {
   const { id, view } = await slow("sweep");
-  const tab = await Tab.open(place.browser, place.service), walk = new Walk(tab), { page } = walk;
+  const tab = await place.tab(), walk = new Walk(tab), { page } = walk;
   let broken = 0;
   await page.route("**/events", (route) => (++broken === 1 ? route.abort() : route.fallback()));
   await tab.go(view);
@@ -152,7 +152,7 @@ test("a running batch: its counts follow, also after a lost connection, until it
 });
 
 const looks = {
-  light: {}, "dark and narrow": { colorScheme: "dark", viewport: { width: 320, height: 640 } }, // 1280 at 400 %
+  light: { viewport: { width: 1280, height: 900 } }, "dark and narrow": { colorScheme: "dark", viewport: { width: 320, height: 640 } }, // 1280 at 400 %
   "contrast and large type": { forcedColors: "active", viewport: { width: 640, height: 450 } }, // 1280 at 200 %
 };
 for (const [look, how] of Object.entries(looks))

@@ -19,6 +19,8 @@ export const plainPage = "--disable-gpu-compositing";
 // With plainPage the browser reads each picture of the canvas back, and says so.
 const readBack = /GPU stall due to ReadPixels/;
 
+const usual = { width: 840, height: 700 };
+
 function executable() {
   for (const name of ["chromium", "chromium-browser", "google-chrome"])
     for (const folder of process.env.PATH.split(delimiter)) {
@@ -46,15 +48,30 @@ export async function launch(...more) {
 // and ends beside it.
 export class Tab {
   static async open(browser, service, { bypassCSP = false, reducedMotion = "reduce", ...how } = {}) {
-    const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, bypassCSP, reducedMotion, ...how });
+    const context = await browser.newContext({ viewport: usual, bypassCSP, reducedMotion, ...how });
     const tab = new Tab();
-    Object.assign(tab, { context, service, foreign: [], requests: [], said: [], stalls: [], policies: new Map() });
+    Object.assign(tab, { context, service });
+    tab.#forget();
     tab.page = await context.newPage();
     await context.route("**/*", (route) => tab.#let(route));
     tab.page.on("console", (line) => tab.#hear(line));
     tab.page.on("pageerror", (error) => tab.said.push(String(error.stack ?? error)));
     tab.page.on("response", (answer) => tab.#note(answer));
     return tab;
+  }
+
+  #forget() {
+    Object.assign(this, { foreign: [], requests: [], said: [], stalls: [], policies: new Map() });
+  }
+
+  // As a new tab: without routes, storage and records. A script that was added to all of its pages stays.
+  async renew() {
+    await this.page.unrouteAll();
+    await this.context.setOffline(false);
+    await this.page.setViewportSize(usual);
+    await this.go("/healthz");
+    await this.page.evaluate(() => sessionStorage.clear());
+    this.#forget();
   }
 
   async #let(route) {

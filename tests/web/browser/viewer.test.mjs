@@ -22,7 +22,7 @@ const place = workplace(() => ({
 }));
 
 async function measured(a, b, more = {}) {
-  const walk = await place.open({ viewport: { width: 840, height: 700 } }), { tab } = walk;
+  const walk = await place.open(), { tab } = walk;
   await walk.fill({ a: place.files[a], b: place.files[b], ...more });
   await walk.measure();
   await walk.measured();

@@ -96,7 +96,7 @@ test("a comparison that the page loses sight of keeps its link, and is looked at
 });
 
 test("a browser that keeps nothing for the page, and a key that no header may have", async () => {
-  const walk = await place.open(), { page } = walk;
+  const walk = await place.open({}), { page } = walk;
   await page.addInitScript(() => {
     const blocked = () => {
       throw new DOMException("Access is denied for this document.", "SecurityError");

@@ -23,7 +23,14 @@ export function workplace(make = () => ({}), { serve = [], browse = [plainPage] 
     await place.service?.stop();
     rmSync(place.folder, { recursive: true, force: true });
   });
-  place.open = async (how) => Walk.begin(await Tab.open(place.browser, place.service, how));
+  // A tab of these settings, or the one that tests without settings share, one after the other: a new one takes a second.
+  place.tab = async (how) => {
+    if (how) return Tab.open(place.browser, place.service, how);
+    if (place.shared) await place.shared.renew();
+    else place.shared = Object.assign(await Tab.open(place.browser, place.service), { close() {} });
+    return place.shared;
+  };
+  place.open = async (how) => Walk.begin(await place.tab(how));
   return place;
 }
 
