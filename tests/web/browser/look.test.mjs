@@ -1,7 +1,7 @@
 // The page in light, dark and narrow: nothing wider than the window, and no serious fault that axe finds.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { faults, Tab } from "./browser.mjs";
+import { faults } from "./browser.mjs";
 import { dented, obj, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
@@ -46,9 +46,12 @@ const states = {
   },
 };
 
+let tab = null;
 for (const [state, reach] of Object.entries(states))
   test(state, async (all) => {
-    const tab = await Tab.open(place.browser, place.service, { bypassCSP: true }), walk = await Walk.begin(tab);
+    await tab?.renew();
+    tab ??= await place.tab({ bypassCSP: true });
+    const walk = await Walk.begin(tab);
     await reach(walk);
     for (const [look, { colorScheme = "light", forcedColors = "none", size: [width, height] = [1280, 900], checked = true }] of Object.entries(looks))
       await all.test(look, async () => {
@@ -65,5 +68,4 @@ for (const [state, reach] of Object.entries(states))
       assert.ok(await tab.page.locator("#run-view").isVisible(), "it still runs");
       await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });
     }
-    await tab.close();
   });
