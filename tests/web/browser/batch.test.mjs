@@ -143,7 +143,7 @@ test("a running batch: its counts follow, also after a lost connection, until it
   await walk.press("Cancel");
   await page.locator("#batch-view h1:focus", { hasText: "Fail" }).waitFor();
   await walk.reads("#batch-view .reason", /1 fails, 3 were cancelled\./);
-  await tile(walk, "Cancelled").click();
+  await tile(walk, "Cancelled").press("Enter");
   await words(walk, "1 to 3 of 3");
   assert.equal((await batchAt(place.service, id)).state, "cancelled");
   assert.ok(await page.getByRole("button", { name: "Cancel", exact: true }).isHidden());
