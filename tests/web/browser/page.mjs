@@ -46,6 +46,11 @@ export class Walk {
     return this.page.getByRole("button", { name, exact: true, disabled: false }).press("Enter");
   }
 
+  // By the mouse, where nothing moves any more.
+  click(name) {
+    return this.page.getByRole("button", { name, exact: true }).click();
+  }
+
   async newPair() {
     await this.page.getByRole("link", { name: "New pair" }).press("Enter");
     await this.page.locator("#form-view:not([hidden])").waitFor();

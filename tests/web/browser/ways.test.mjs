@@ -246,7 +246,7 @@ test("what A itself has to be like is asked for by further options, judged in a 
   await walk.viewer();
   await walk.tab.shot("expectations_narrow", { whole: true });
   assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the window");
-  await walk.press("Measure again");
+  await walk.click("Measure again");
   assert.equal(await page.locator("#further").inputValue(), further);
   await walk.tab.close();
 });
