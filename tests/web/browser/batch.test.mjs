@@ -3,17 +3,17 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { batchAt, begun, ended, square, stored } from "./batches.mjs";
-import { faults, Tab } from "./browser.mjs";
+import { faults } from "./browser.mjs";
 import { ply, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
 import { workplace } from "./workplace.mjs";
 
-const place = workplace(() => ({}), "--workers", "4");
+const place = workplace(() => ({}), { serve: ["--workers", "4"] });
 const gate = { max_distance: 0.5, units: "mm" };
 
 async function opened(path, how) {
-  const walk = new Walk(await Tab.open(place.browser, place.service, how));
+  const walk = new Walk(await place.tab(how));
   await walk.tab.go(path);
   await walk.page.locator("#batch-view:not([hidden]), #trouble .trouble").first().waitFor();
   return walk;
@@ -42,8 +42,8 @@ async function slow(name) {
   const { service } = place;
   const core = await stored(service, ply(sphere(60, 0.02))), shell = await stored(service, ply(sphere(200)));
   const flat = await stored(service, square(0)), far = await stored(service, square(3));
-  const comparisons = [1, 2, 3].map((i) => ({ name: `slow ${i}`, a: core, b: shell, options: { strategy: "four_point", tolerance: { relative: 1e-8, absolute: i * 1e-12 }, timeout_ms: 170000 } }));
-  comparisons.unshift({ name: "quick", a: flat, b: far, options: { gate } }); // it ends: there is a thread for each
+  const comparisons = [1, 2, 3].map((i) => ({ name: `slow ${i}`, a: core, b: shell, options: { strategy: "four_point", tolerance: { relative: 1e-8, absolute: i * 1e-12 }, timeout_ms: 170000, threads: 1 } }));
+  comparisons.unshift({ name: "quick", a: flat, b: far, options: { gate } }); // it ends in any order: there is a thread for each
   return begun(service, { name, comparisons });
 }
 
@@ -59,6 +59,7 @@ test("comparisons that did not pass come first, without reading all results", as
   assert.match(await row.innerText(), /Fail\s+1\.\d+ to 2\.\d+\smm\s+limit 0\.5\smm/);
   assert.equal(await row.locator(".strip .limit-line").count(), 1);
   await walk.press("Next");
+  await words(walk, "51 to 60 of 60");
   assert.deepEqual((await names(walk)).slice(-2), ["Comparison 129", "<b>broken</b>"]);
   await walk.reads(".rows tbody tr:last-child", /Line 3 .* index 9/i);
   await walk.page.locator("#row-search").fill("PART 127");
@@ -118,8 +119,7 @@ test("a comparison without a limit has not passed", async () => {
 test("the reports are saved", async () => {
   const { id, view } = await mixed(), walk = await opened(view);
   for (const [label, path, name] of [["JUnit report", "junit.xml", /^batch-[0-9a-f]{8}-junit\.xml$/], ["Results as JSON lines", "results.jsonl", /^batch-[0-9a-f]{8}\.jsonl$/]]) {
-    const pressed = walk.page.getByRole("button", { name: label });
-    const [saved] = await Promise.all([walk.page.waitForEvent("download"), pressed.press("Enter")]);
+    const [saved] = await Promise.all([walk.page.waitForEvent("download"), walk.press(label)]);
     await walk.focused(label);
     assert.match(saved.suggestedFilename(), name);
     assert.equal(readFileSync(await saved.path(), "utf8"), await (await asked(place.service, `/v1/batches/${id}/${path}`)).text());
@@ -130,7 +130,7 @@ test("the reports are saved", async () => {
 
 test("a running batch: its counts follow, also after a lost connection, until it is cancelled", async () => {
   const { id, view } = await slow("sweep");
-  const tab = await Tab.open(place.browser, place.service), walk = new Walk(tab), { page } = walk;
+  const tab = await place.tab(), walk = new Walk(tab), { page } = walk;
   let broken = 0;
   await page.route("**/events", (route) => (++broken === 1 ? route.abort() : route.fallback()));
   await tab.go(view);
@@ -140,10 +140,10 @@ test("a running batch: its counts follow, also after a lost connection, until it
   assert.ok(broken >= 1);
   assert.ok(await page.getByRole("button", { name: "JUnit report" }).isDisabled());
   await tab.shot("batch_running", { whole: true });
-  await page.getByRole("button", { name: "Cancel", exact: true }).press("Enter");
+  await walk.press("Cancel");
   await page.locator("#batch-view h1:focus", { hasText: "Fail" }).waitFor();
   await walk.reads("#batch-view .reason", /1 fails, 3 were cancelled\./);
-  await tile(walk, "Cancelled").click();
+  await tile(walk, "Cancelled").press("Enter");
   await words(walk, "1 to 3 of 3");
   assert.equal((await batchAt(place.service, id)).state, "cancelled");
   assert.ok(await page.getByRole("button", { name: "Cancel", exact: true }).isHidden());
@@ -152,12 +152,12 @@ test("a running batch: its counts follow, also after a lost connection, until it
 });
 
 const looks = {
-  light: {}, "dark and narrow": { colorScheme: "dark", viewport: { width: 320, height: 640 } }, // 1280 at 400 %
+  light: { viewport: { width: 1280, height: 900 } }, "dark and narrow": { colorScheme: "dark", viewport: { width: 320, height: 640 } }, // 1280 at 400 %
   "contrast and large type": { forcedColors: "active", viewport: { width: 640, height: 450 } }, // 1280 at 200 %
 };
 for (const [look, how] of Object.entries(looks))
   test(`its look, ${look}`, async () => {
-    const walk = await opened((await mixed()).view, { ...how, reducedMotion: "reduce", bypassCSP: true });
+    const walk = await opened((await mixed()).view, { ...how, bypassCSP: true });
     await walk.page.locator("#row-search").fill("part 12");
     await words(walk, "1 to 8 of 8");
     await walk.still();

@@ -13,6 +13,14 @@ const shots = process.env.MESHGAUGE_SCREENSHOTS ?? join(root, "build/tests/web/s
 const flags = ["--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-quic",
   "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 
+// Only the viewer's canvas is then drawn by OpenGL, which costs less than all of the page without a graphics card.
+export const plainPage = "--disable-gpu-compositing";
+
+// With plainPage the browser reads each picture of the canvas back, and says so.
+const readBack = /GPU stall due to ReadPixels/;
+
+const usual = { width: 840, height: 700 };
+
 function executable() {
   for (const name of ["chromium", "chromium-browser", "google-chrome"])
     for (const folder of process.env.PATH.split(delimiter)) {
@@ -36,18 +44,34 @@ export async function launch(...more) {
 }
 
 // A tab of a browser context of its own: its storage is empty. `service` is the only origin it may talk to; any other
-// request is refused and counted.
+// request is refused and counted. The page scrolls at once: while it scrolls smoothly, a press of the mouse begins on a button
+// and ends beside it.
 export class Tab {
-  static async open(browser, service, { bypassCSP = false, ...how } = {}) {
-    const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, bypassCSP, ...how });
+  static async open(browser, service, { bypassCSP = false, reducedMotion = "reduce", ...how } = {}) {
+    const context = await browser.newContext({ viewport: usual, bypassCSP, reducedMotion, ...how });
     const tab = new Tab();
-    Object.assign(tab, { context, service, foreign: [], requests: [], said: [], policies: new Map() });
+    Object.assign(tab, { context, service });
+    tab.#forget();
     tab.page = await context.newPage();
     await context.route("**/*", (route) => tab.#let(route));
-    tab.page.on("console", (line) => ["error", "warning"].includes(line.type()) && tab.said.push(`${line.text()} (${line.location().url})`));
+    tab.page.on("console", (line) => tab.#hear(line));
     tab.page.on("pageerror", (error) => tab.said.push(String(error.stack ?? error)));
     tab.page.on("response", (answer) => tab.#note(answer));
     return tab;
+  }
+
+  #forget() {
+    Object.assign(this, { foreign: [], requests: [], said: [], stalls: [], policies: new Map() });
+  }
+
+  // As a new tab: without routes, storage and records. A script that was added to all of its pages stays.
+  async renew() {
+    await this.page.unrouteAll();
+    await this.context.setOffline(false);
+    await this.page.setViewportSize(usual);
+    await this.go("/healthz");
+    await this.page.evaluate(() => sessionStorage.clear());
+    this.#forget();
   }
 
   async #let(route) {
@@ -56,6 +80,11 @@ export class Tab {
     if (url.startsWith(this.service.origin + "/") || url.startsWith("blob:") || url.startsWith("data:")) return route.continue();
     this.foreign.push(url);
     return route.abort();
+  }
+
+  #hear(line) {
+    const list = readBack.test(line.text()) ? this.stalls : this.said;
+    if (["error", "warning"].includes(line.type())) list.push(`${line.text()} (${line.location().url})`);
   }
 
   #note(answer) {
@@ -93,8 +122,8 @@ export class Tab {
 
 // Serious and critical findings of axe, as lines. The tab must have been opened with bypassCSP, which lets axe in.
 export async function faults(tab) {
-  await tab.page.evaluate(axe);
-  const result = await tab.page.evaluate(() => globalThis.axe.run());
+  if (!(await tab.page.evaluate(() => "axe" in globalThis))) await tab.page.evaluate(axe);
+  const result = await tab.page.evaluate(() => globalThis.axe.run({ resultTypes: ["violations"] }));
   return result.violations
     .filter((each) => ["serious", "critical"].includes(each.impact))
     .flatMap((each) => each.nodes.map((node) => `${each.id}: ${node.html.slice(0, 200)} ${node.failureSummary ?? ""}`));

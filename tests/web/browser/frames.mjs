@@ -137,7 +137,7 @@ async function main([width = 960, height = 600, ...files]) {
     service = await startService();
     browser = await launch("--js-flags=--expose-gc", "--enable-precise-memory-info");
     const pair = files.length === 2 ? { a: files[0], b: files[1], name: files.join(" and ") } : await largePair(folder);
-    const tab = await Tab.open(browser, service, { viewport: { width: Number(width), height: Number(height) } });
+    const tab = await Tab.open(browser, service, { viewport: { width: Number(width), height: Number(height) }, reducedMotion: "no-preference" });
     console.log(`${pair.name}; window ${width} x ${height}, drawn by software`);
     const beyond = await measure(tab, pair);
     tab.assertClean({ expected: [lookup] });

@@ -19,7 +19,7 @@ const ours = made("ours"), others = made("others");
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(12)), "dented.obj": obj(dented(12)),
   "keys.json": Buffer.from(JSON.stringify({ keys: [ours.entry, others.entry] })),
-}), "--keys-file", ({ files }) => files["keys.json"]);
+}), { serve: ["--keys-file", ({ files }) => files["keys.json"]] });
 
 const refusals = /40[134].*\/v1\//;
 

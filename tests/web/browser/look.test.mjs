@@ -1,7 +1,7 @@
 // The page in light, dark and narrow: nothing wider than the window, and no serious fault that axe finds.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { faults, Tab } from "./browser.mjs";
+import { faults } from "./browser.mjs";
 import { dented, obj, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
@@ -12,10 +12,11 @@ const place = workplace(() => ({
   ...endlessMeshes(),
 }));
 
+// The narrow ones have one style (40rem): axe looks at one of them.
 const looks = {
-  light: {}, dark: { colorScheme: "dark" }, narrow: { size: [360, 740] },
+  light: {}, dark: { colorScheme: "dark" }, narrow: { size: [360, 740], checked: false },
   narrowest: { size: [320, 640] }, // 1280 at 400 %
-  contrast: { forcedColors: "active" }, "large type": { size: [640, 450] }, // 1280 at 200 %
+  contrast: { forcedColors: "active" }, "large type": { size: [640, 450], checked: false }, // 1280 at 200 %
 };
 
 // Each state of the page; `reached` when it is there.
@@ -33,7 +34,7 @@ const states = {
   async result(walk) {
     await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.02", units: "mm" });
     await walk.page.locator("#more").evaluate((more) => (more.open = true));
-    await walk.page.locator("#statistics").evaluate((box) => box.click()); // not by the mouse: the page may still move
+    await walk.page.locator("#statistics").check();
     await walk.measure();
     await walk.measured();
     await walk.viewer();
@@ -45,11 +46,14 @@ const states = {
   },
 };
 
+let tab = null;
 for (const [state, reach] of Object.entries(states))
   test(state, async (all) => {
-    const tab = await Tab.open(place.browser, place.service, { bypassCSP: true }), walk = await Walk.begin(tab);
+    await tab?.renew();
+    tab ??= await place.tab({ bypassCSP: true });
+    const walk = await Walk.begin(tab);
     await reach(walk);
-    for (const [look, { colorScheme = "light", forcedColors = "none", size: [width, height] = [1280, 900] }] of Object.entries(looks))
+    for (const [look, { colorScheme = "light", forcedColors = "none", size: [width, height] = [1280, 900], checked = true }] of Object.entries(looks))
       await all.test(look, async () => {
         await tab.page.emulateMedia({ colorScheme, forcedColors });
         await tab.page.setViewportSize({ width, height });
@@ -57,12 +61,11 @@ for (const [state, reach] of Object.entries(states))
         await tab.shot(`look_${state}_${look.replace(" ", "_")}`, { whole: true });
         const { wide, room } = await tab.page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
         assert.ok(wide <= room, `${wide} pixels wide in a window of ${room}`);
-        assert.deepEqual(await faults(tab), []);
+        if (checked) assert.deepEqual(await faults(tab), []);
         assert.deepEqual(tab.foreign, []);
       });
     if (state === "running") {
       assert.ok(await tab.page.locator("#run-view").isVisible(), "it still runs");
       await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });
     }
-    await tab.close();
   });

@@ -54,19 +54,20 @@ async function openElsewhere(url, before) {
 }
 
 test("the interval is drawn while it shrinks: never wider, and with a point for each step", async () => {
-  // A browser that is slower than the search sees few steps: a larger pair has more.
+  // A search that is faster than the service reports shows few steps: a larger pair has more.
   let seen = [];
-  for (const n of [300, 800, 1200, 1800]) {
+  for (const n of [200, 600, 1600]) {
     seen = await seenWhileMeasured(written(place.folder, { "rough.ply": ply(rough(n, 0.2, 1)), "other.ply": ply(rough(n + 1, 0.2, 2)) }));
-    if (stepsOf(seen).size >= 3) break;
+    console.log(`${4 * n * n} triangles: ${stepsOf(seen).size} steps`);
+    if (stepsOf(seen).size >= 3 && cornersOf(seen) >= 12) break;
   }
   assertShrinks(seen);
-  assert.ok(Math.max(...seen.map((each) => each.corners)) >= 12, "the plot has steps");
+  assert.ok(cornersOf(seen) >= 12, "the plot has steps");
 });
 
 async function seenWhileMeasured(files) {
   const walk = await place.open(), { tab } = walk;
-  await walk.fill({ a: files["rough.ply"], b: files["other.ply"], tolerance: ["relative", "1e-4"] });
+  await walk.fill({ a: files["rough.ply"], b: files["other.ply"], tolerance: ["relative", "1e-8"], strategy: "four_point", threads: "1" });
   await watchInterval(tab.page);
   await walk.measure();
   await tab.page.locator("#run-view .band").waitFor();
@@ -78,6 +79,7 @@ async function seenWhileMeasured(files) {
   return seen;
 }
 
+const cornersOf = (seen) => Math.max(...seen.map((each) => each.corners));
 const stepsOf = (seen) => new Set(seen.filter((each) => each.upper < Infinity).map((each) => each.text));
 
 function assertShrinks(seen) {

@@ -20,7 +20,7 @@ export class Walk {
   }
 
   // `limit` as typed; `tolerance: ["diagonal", "1e-4"]`; files are paths, or as Playwright takes them.
-  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout, align, inside, outside, further }) {
+  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout, threads, align, inside, outside, further }) {
     const { page } = this;
     if (a) await page.locator("#file-a").setInputFiles(a);
     if (b) await page.locator("#file-b").setInputFiles(b);
@@ -33,15 +33,27 @@ export class Walk {
       await page.locator("#toleranceKind").selectOption(tolerance[0]);
       await page.locator("#tolerance").fill(tolerance[1]);
     }
-    if (strategy || timeout || align || further) await page.locator("#more").evaluate((more) => (more.open = true));
+    if (strategy || timeout || threads || align || further) await page.locator("#more").evaluate((more) => (more.open = true));
     if (strategy) await page.locator("#strategy").selectOption(strategy);
     if (timeout) await page.locator("#timeout").fill(timeout);
+    if (threads) await page.locator("#threads").fill(threads);
     if (align) await page.locator("#align").check();
     if (further) await page.locator("#further").fill(further);
   }
 
+  // By the keyboard: what loads above a button moves it, and a press of the mouse would begin on it and end beside it.
   press(name) {
+    return this.page.getByRole("button", { name, exact: true, disabled: false }).press("Enter");
+  }
+
+  // By the mouse, where nothing moves any more.
+  click(name) {
     return this.page.getByRole("button", { name, exact: true }).click();
+  }
+
+  async newPair() {
+    await this.page.getByRole("link", { name: "New pair" }).press("Enter");
+    await this.page.locator("#form-view:not([hidden])").waitFor();
   }
 
   measure() {
@@ -94,13 +106,12 @@ export class Walk {
 
   // Waits until nothing moves any more and the picture, if any, is drawn in full.
   async still() {
-    await this.page.waitForTimeout(100);
     await this.page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
     await this.page.evaluate(() => [...document.querySelectorAll("*")].find((each) => each.viewer)?.viewer.settled());
   }
 }
 
-// Records, from now on and for each frame, what the page shows of the interval while it runs: its two numbers, and the
+// Records, from now on and at each change, what the page shows of the interval while it runs: its two numbers, and the
 // corners of the drawn band.
 export function watchInterval(page) {
   return page.evaluate(() => {
@@ -111,15 +122,15 @@ export function watchInterval(page) {
       const last = globalThis.seen.at(-1);
       const text = reading.join(" ");
       if (text !== "" && (!last || last.text !== text || last.points !== points)) globalThis.seen.push({ text, points });
-      globalThis.looking = requestAnimationFrame(look);
     };
-    look();
+    globalThis.looking = new MutationObserver(look);
+    globalThis.looking.observe(document.querySelector("#run-view"), { subtree: true, childList: true, characterData: true, attributes: true });
   });
 }
 
 // [{text, lower, upper, corners}] of what was seen, in order; upper is Infinity where it is not known.
 export async function seenInterval(page) {
-  const seen = await page.evaluate(() => (cancelAnimationFrame(globalThis.looking), globalThis.seen));
+  const seen = await page.evaluate(() => (globalThis.looking.disconnect(), globalThis.seen));
   return seen.map(({ text, points }) => {
     const [lower, upper] = text.split(" to ").map((part) => parseFloat(part));
     return { text, lower: lower || 0, upper: Number.isFinite(upper) ? upper : Infinity, corners: points === "" ? 0 : points.split(" ").length };

@@ -195,7 +195,7 @@ function normalsOf(ply) {
 
 // Shows the mesh without the other one over it, and without light.
 async function plainColours(walk) {
-  await walk.press("Plain colours");
-  await walk.press("Show mesh B");
+  await walk.click("Plain colours");
+  await walk.click("Show mesh B");
   await walk.still();
 }

@@ -96,7 +96,7 @@ test("a comparison that the page loses sight of keeps its link, and is looked at
 });
 
 test("a browser that keeps nothing for the page, and a key that no header may have", async () => {
-  const walk = await place.open(), { page } = walk;
+  const walk = await place.open({}), { page } = walk;
   await page.addInitScript(() => {
     const blocked = () => {
       throw new DOMException("Access is denied for this document.", "SecurityError");
@@ -125,8 +125,7 @@ test("measuring again takes the pair of its own result", async () => {
     return walk.job();
   };
   const first = await measured("dented.obj", "sphere.obj");
-  await walk.page.getByRole("link", { name: "New pair" }).click();
-  await page.locator("#form-view:not([hidden])").waitFor();
+  await walk.newPair();
   await measured("smaller.obj", "small.obj");
   await page.goBack();
   await page.goBack();
@@ -179,22 +178,22 @@ test("a viewer that came by trying again ends with its result", async () => {
   await page.unroute("**/deviation.glb*");
   await walk.press("Try again");
   await walk.viewer();
-  await page.getByRole("link", { name: "New pair" }).click();
-  await page.locator("#form-view:not([hidden])").waitFor();
+  await walk.newPair();
   assert.equal(await page.evaluate(() => [...document.querySelectorAll("*")].some((each) => each.viewer)), false);
   await walk.tab.close();
 });
 
-for (const of of ["A", "B"])
-  test(`the map of ${of} is saved`, async () => {
-    const walk = await place.open();
-    await walk.fill({ a: place.files["smaller.obj"], b: place.files["small.obj"] });
-    await walk.measure();
-    await walk.measured();
+test("the map of each mesh is saved", async () => {
+  const walk = await place.open();
+  await walk.fill({ a: place.files["smaller.obj"], b: place.files["small.obj"] });
+  await walk.measure();
+  await walk.measured();
+  for (const of of ["A", "B"]) {
     const [saved] = await Promise.all([walk.page.waitForEvent("download"), walk.press(`Deviation map of ${of} as PLY`)]);
     assert.match(saved.suggestedFilename(), new RegExp(`^deviation-${of.toLowerCase()}-.*ply$`));
-    await walk.tab.close();
-  });
+  }
+  await walk.tab.close();
+});
 
 test("A is moved to B where that is asked for, and the page says how far", async () => {
   const walk = await place.open(), { page } = walk;
@@ -247,7 +246,7 @@ test("what A itself has to be like is asked for by further options, judged in a 
   await walk.viewer();
   await walk.tab.shot("expectations_narrow", { whole: true });
   assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the window");
-  await walk.press("Measure again");
+  await walk.click("Measure again");
   assert.equal(await page.locator("#further").inputValue(), further);
   await walk.tab.close();
 });

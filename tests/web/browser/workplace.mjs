@@ -3,26 +3,34 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
-import { launch, Tab } from "./browser.mjs";
+import { launch, plainPage, Tab } from "./browser.mjs";
 import { ply, sphere, written } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { startService } from "./service.mjs";
 
-// `make()` gives {name: bytes} of the meshes, `flags` are the service's; the members are there when the tests run.
-export function workplace(make = () => ({}), ...flags) {
+// `make()` gives {name: bytes} of the meshes, `flags` are those of the service and of the browser; the members are there when
+// the tests run.
+export function workplace(make = () => ({}), { serve = [], browse = [plainPage] } = {}) {
   const place = {};
   before(async () => {
     place.folder = mkdtempSync(join(tmpdir(), "meshgauge-web-"));
     place.files = written(place.folder, make());
-    place.browser = await launch();
-    place.service = await startService(...flags.map((flag) => (typeof flag === "function" ? flag(place) : flag)));
+    place.browser = await launch(...browse);
+    place.service = await startService(...serve.map((flag) => (typeof flag === "function" ? flag(place) : flag)));
   });
   after(async () => {
     await place.browser?.close();
     await place.service?.stop();
     rmSync(place.folder, { recursive: true, force: true });
   });
-  place.open = async (how) => Walk.begin(await Tab.open(place.browser, place.service, how));
+  // A tab of these settings, or the one that tests without settings share, one after the other: a new one takes a second.
+  place.tab = async (how) => {
+    if (how) return Tab.open(place.browser, place.service, how);
+    if (place.shared) await place.shared.renew();
+    else place.shared = Object.assign(await Tab.open(place.browser, place.service), { close() {} });
+    return place.shared;
+  };
+  place.open = async (how) => Walk.begin(await place.tab(how));
   return place;
 }
 
@@ -31,6 +39,7 @@ export function workplace(make = () => ({}), ...flags) {
 export const endlessMeshes = () => ({ "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)) });
 export const endless = (place) => ({
   a: place.files["core.ply"], b: place.files["shell.ply"], tolerance: ["relative", "1e-8"], strategy: "four_point", timeout: "170",
+  threads: "1", // the other processors are the browser's
 });
 
 // The page first asks whether the service has a mesh; the browser logs the answer when it has not.
