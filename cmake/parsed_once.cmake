@@ -15,11 +15,13 @@ function(parsed_with other)
   endforeach()
 endfunction()
 
+# For GCC, -fpch-preprocess lets ccache know what a precompiled header holds (CCACHE_SLOPPINESS=pch_defines,time_macros).
 # From a precompiled header GCC forgets which headers are the system's. Its optimiser then warns of what it inlined from them:
 # of GCC 12 these are false.
 function(without_false_warnings target)
   if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds$<SEMICOLON>-Wno-maybe-uninitialized>
-                           $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow$<SEMICOLON>-Wno-stringop-overread>)
+    foreach(option -fpch-preprocess -Wno-array-bounds -Wno-maybe-uninitialized -Wno-stringop-overflow -Wno-stringop-overread)
+      target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:${option}>)
+    endforeach()
   endif()
 endfunction()

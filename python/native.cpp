@@ -22,6 +22,7 @@
 #include "api/request.h"
 #include "api/response.h"
 #include "api/result_document.h"
+#include "cli/commands.h"
 #include "cli/run.h"
 #include "engine/hausdorff.h"
 
