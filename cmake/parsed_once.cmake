@@ -7,12 +7,10 @@ function(parsed_once target)
   without_false_warnings(${target})
 endfunction()
 
-# parsed_with(OTHER TARGETS...): by the header of another target, which is compiled with the same flags.
-function(parsed_with other)
-  foreach(target ${ARGN})
-    target_precompile_headers(${target} REUSE_FROM ${other})
-    without_false_warnings(${target})
-  endforeach()
+# parsed_with(OTHER TARGET): by the header of another target, which is compiled with the same flags.
+function(parsed_with other target)
+  target_precompile_headers(${target} REUSE_FROM ${other})
+  without_false_warnings(${target})
 endfunction()
 
 # For GCC, -fpch-preprocess lets ccache know what a precompiled header holds (CCACHE_SLOPPINESS=pch_defines,time_macros).

@@ -56,8 +56,7 @@ store::Moment Upkeep::moment() const {
 }
 
 milliseconds Upkeep::sweep_interval() const {
-  const std::uint64_t shortest = std::min<std::uint64_t>(settings_.result_ttl_s, settings_.mesh_ttl_s);
-  return shortest < static_cast<std::uint64_t>(kSweepInterval.count()) ? seconds(shortest) : kSweepInterval;
+  return std::min({kSweepInterval, seconds(settings_.result_ttl_s), seconds(settings_.mesh_ttl_s)});
 }
 
 void Upkeep::recover() {
