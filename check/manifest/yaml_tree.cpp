@@ -30,31 +30,31 @@ struct Stop {
 // Converts yaml-cpp's marks, which are 0-based and count bytes.
 class Places {
  public:
-  explicit Places(std::string_view text) : text_(text), lines_{0} {
+  explicit Places(std::string_view text) : lines_{0}, characters_{0} {
     for (std::size_t i = 0; i < text.size(); ++i) {
       if (text[i] == '\n') lines_.push_back(i + 1);
+      const bool begins = (static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U;
+      characters_.push_back(characters_.back() + (begins ? 1 : 0));
     }
   }
   Place operator()(const YAML::Mark& mark) const {
     if (mark.line < 0 || mark.column < 0) return {};
     const auto line = static_cast<std::size_t>(mark.line);
-    const std::size_t start = line < lines_.size() ? lines_[line] : text_.size();
-    return {mark.line + 1, column(start, static_cast<std::size_t>(mark.column))};
+    const std::size_t start = line < lines_.size() ? lines_[line] : characters_.size() - 1;
+    return {mark.line + 1, column(start, start + static_cast<std::size_t>(mark.column))};
   }
   Place at(std::size_t byte) const {
     const auto next = std::upper_bound(lines_.begin(), lines_.end(), byte);
-    return {static_cast<int>(next - lines_.begin()), column(*(next - 1), byte - *(next - 1))};
+    return {static_cast<int>(next - lines_.begin()), column(*(next - 1), byte)};
   }
 
  private:
-  int column(std::size_t start, std::size_t bytes) const {
-    const std::string_view before = text_.substr(start, bytes);
-    const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; };
-    return static_cast<int>(std::count_if(before.begin(), before.end(), begins)) + 1;
+  int column(std::size_t start, std::size_t byte) const {
+    return characters_[std::min(byte, characters_.size() - 1)] - characters_[start] + 1;
   }
 
-  std::string_view text_;
   std::vector<std::size_t> lines_;  // byte where each line begins
+  std::vector<int> characters_;     // that begin before each byte: a line may hold all of a manifest
 };
 
 class Builder : public YAML::EventHandler {

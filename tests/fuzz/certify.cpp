@@ -1,7 +1,6 @@
 // fuzz_certify: attacks the engine with small pairs of meshes and checks every outcome by exact arithmetic; by name
 // also the areas, the regions and the sides.
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -12,15 +11,9 @@
 
 #include "fuzz/attacks.h"
 #include "fuzz/campaign.h"
+#include "today.h"
 
 namespace {
-
-// As a number, such as 20261129: a run of each day tries other pairs.
-std::uint64_t today() {
-  const std::chrono::year_month_day date(std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
-  return static_cast<std::uint64_t>(static_cast<int>(date.year())) * 10000 + static_cast<unsigned>(date.month()) * 100 +
-         static_cast<unsigned>(date.day());
-}
 
 struct Attack {
   const char* name;
@@ -43,7 +36,7 @@ int main(int argc, char** argv) {
       "Exits 1 at the first violation, after shrinking it.");
   app.add_option("--seconds", settings.seconds, "stop after this time; 0: no limit")->check(CLI::NonNegativeNumber);
   app.add_option("--pairs", settings.pairs, "stop after this many pairs; 0: no limit");
-  settings.seed = today();
+  settings.seed = meshgauge::today();
   app.add_option("--seed", settings.seed, "pair i is made from seed + i; today's date by default")
       ->capture_default_str();
   app.add_option("--threads", settings.threads)->check(CLI::Range(1, 256))->capture_default_str();

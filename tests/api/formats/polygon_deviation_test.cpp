@@ -16,6 +16,7 @@
 #include "oracle/farthest.h"
 #include "tests/api/formats/files.h"
 #include "tests/fuzz/dice.h"
+#include "tests/today.h"
 
 namespace meshgauge::api::test {
 namespace {
@@ -118,9 +119,9 @@ Result<ReadMesh> read_off_face(const std::vector<Vec3>& corners) {
 
 }  // namespace
 
-TEST_CASE("deviation: for 10,000 faces that are not planar, between once and twice what two splits are apart") {
+TEST_CASE("deviation: for faces that are not planar, between once and twice what two splits are apart") {
   std::size_t apart = 0;
-  for (std::uint64_t seed = 0; seed < 10'000; ++seed) {
+  for (std::uint64_t seed = today() % 3; seed < 10'000; seed += 3) {  // a third of 10,000 faces each day
     Dice dice(seed);
     const int n = seed % 100 == 0 ? 7 : (seed % 10 == 0 ? 6 : dice.between(4, 5));
     // Quads may be folded freely; the bound for other steep faces may exceed twice the deviation.
@@ -146,7 +147,7 @@ TEST_CASE("deviation: for 10,000 faces that are not planar, between once and twi
     REQUIRE(oracle::root_at_most(exact, reported));
     REQUIRE(oracle::root_at_least(exact, reported / 2));
   }
-  CHECK(apart > 9'000);
+  CHECK(apart > 3'000);
 }
 
 TEST_CASE("deviation: known faces") {
