@@ -1,5 +1,6 @@
 """A service that is killed again and again, and a client for it that survives that."""
 
+import functools
 import http.client
 import json
 import os
@@ -112,7 +113,12 @@ ASYNC = {"Prefer": "respond-async"}
 
 def square(height, n=1, salt=""):
     """The unit square at this height, in n * n squares. Two of them are exactly as far apart as their heights are."""
-    lines = ["# " + salt] + ["v %r %r %r" % (x / n, y / n, height) for y in range(n + 1) for x in range(n + 1)]
+    return b"# " + salt.encode() + b"\n" + grid(height, n)
+
+
+@functools.lru_cache(64)
+def grid(height, n):
+    lines = ["v %r %r %r" % (x / n, y / n, height) for y in range(n + 1) for x in range(n + 1)]
     corners = [y * (n + 1) + x + 1 for y in range(n) for x in range(n)]
     lines += ["f %d %d %d\nf %d %d %d" % (c, c + 1, c + n + 2, c, c + n + 2, c + n + 1) for c in corners]
     return ("\n".join(lines) + "\n").encode()

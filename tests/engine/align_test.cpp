@@ -55,7 +55,7 @@ std::optional<Alignment> aligned(const Mesh& a, const Mesh& b, const AlignOption
 }  // namespace
 
 TEST_CASE("align: displaced copies are found, exact, with noise, in part and as points") {
-  const std::uint64_t seed = today();  // half of the copies each day
+  const std::uint64_t seed = today();  // a quarter of the copies each day
   PoseDice dice{std::mt19937_64(1)};
   const Mesh fixed = bumpy();
   const double size = diagonal(fixed);
@@ -68,7 +68,7 @@ TEST_CASE("align: displaced copies are found, exact, with noise, in part and as 
     }
     if (i % 4 >= 2) copy.triangles.resize(copy.triangles.size() * 3 / 5);
     if (i % 5 == 0) copy.triangles = points_as_triangles(copy.positions.size());
-    if ((i / 4 + seed) % 2 == 0) continue;
+    if ((i / 4 + seed) % 4 != 0) continue;
     copy = moved_by(copy, away);
     const auto found = aligned(copy, fixed), known = aligned(copy, fixed, {away.inverse()});
     REQUIRE(found);
