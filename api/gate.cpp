@@ -84,31 +84,4 @@ std::optional<double> limit_of_region(const ComparisonOptions& options, std::siz
   return own ? own : options.max_distance;
 }
 
-std::optional<Verdict> verdict_of_zone(const Outcome& outcome, const ComparisonOptions& options) {
-  if (!options.zone) return std::nullopt;
-  if (!outcome.sides || outcome.sides->refused) return Verdict::undecided;
-  const auto within = [&](const SideBounds& found, double limit) {
-    return verdict_within(found.lower, found.upper, limit, options.uncertainty);
-  };
-  return worst(within(outcome.sides->inside, options.zone->inside),
-               within(outcome.sides->outside, options.zone->outside));
-}
-
-std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options) {
-  std::optional<Verdict> found;
-  if (options.max_distance && outcome.regions.empty())
-    found = verdict_within(outcome.lower, outcome.upper, *options.max_distance, options.uncertainty);
-  for (std::size_t i = 0; options.max_distance && i < outcome.regions.size(); ++i) {
-    const RegionOutcome& region = outcome.regions[i];
-    const Verdict one = verdict_within(region.lower, region.upper, *limit_of_region(options, i), options.uncertainty);
-    found = found ? worst(*found, one) : one;
-  }
-  if (const auto share = share_beyond(outcome, options)) {
-    const Verdict of_share = verdict_within(share->lower, share->upper, options.max_share_beyond->share);
-    found = found ? worst(*found, of_share) : of_share;
-  }
-  if (const auto of_zone = verdict_of_zone(outcome, options)) found = found ? worst(*found, *of_zone) : of_zone;
-  return found;
-}
-
 }  // namespace meshgauge::api

@@ -53,10 +53,5 @@ std::optional<AreaInterval> share_beyond(const Outcome& outcome, const Compariso
 
 // Returns the limit of a region, or behind them of the rest; nullopt: none.
 std::optional<double> limit_of_region(const ComparisonOptions& options, std::size_t region);
-// Returns the verdict of the zone alone; undecided when mesh b has no sides. nullopt: without a zone.
-std::optional<Verdict> verdict_of_zone(const Outcome& outcome, const ComparisonOptions& options);
-
-// Returns pass when every limit is kept, fail when one is certainly exceeded; nullopt: without a limit.
-std::optional<Verdict> verdict(const Outcome& outcome, const ComparisonOptions& options);
 
 }  // namespace meshgauge::api

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/area_json.h"
-#include "api/gate.h"
+#include "api/criteria.h"
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/notes.h"
@@ -55,13 +55,6 @@ Json meshes(const Comparison& comparison) {
   return json;
 }
 
-// The verdict of max_share_beyond alone, since `verdict` is that of all limits.
-Json share_of(const AreaInterval& share, const ShareLimit& limit) {
-  return {{"distance", limit.distance},
-          {"share", interval(share.lower, share.upper)},
-          {"verdict", to_string(verdict_within(share.lower, share.upper, limit.share))}};
-}
-
 Json engine(const Options& options, const Outcome& outcome) {
   return {{"version", version()},
           {"strategy", name_of(kStrategies, options.strategy)},
@@ -101,11 +94,21 @@ Json json_of(const std::optional<Statistics>& statistics) {
           {"b_to_a", json_of(statistics->b_to_a)}};
 }
 
-// The worst verdict of the limits and of the expectations.
-std::optional<Verdict> worst_of(const Comparison& comparison, const std::vector<Expectation>& expectations) {
-  auto found = verdict(comparison.outcome, comparison.options);
-  for (const Expectation& one : expectations) found = worst(found.value_or(one.verdict), one.verdict);
-  return found;
+// The members for regions, sides and the area, as they are for single limits.
+void add_limits(const std::vector<Criterion>& criteria, const std::optional<LengthUnit>& unit, Json& json) {
+  std::optional<Verdict> of_zone;
+  for (const Criterion& one : criteria) {
+    if (!one.side.empty()) of_zone = worst(of_zone.value_or(one.verdict), one.verdict);
+    if (one.of == Criterion::Of::share)
+      json["share_beyond"] = {{"distance", *one.beyond},
+                              {"share", interval(one.lower, one.upper)},
+                              {"verdict", to_string(one.verdict)}};
+  }
+  if (of_zone) json["sides"]["verdict"] = to_string(*of_zone);
+  json["foremost"] = criteria.empty() ? Json(nullptr) : Json(foremost(criteria).name);
+  Json& all = json["criteria"] = Json::array();
+  const std::string_view name = unit ? to_string(*unit) : std::string_view();
+  for (const Criterion& one : criteria) all.push_back(api::json_of(one, name));
 }
 
 }  // namespace
@@ -130,14 +133,10 @@ std::vector<Expectation> expectations_of(const Comparison& comparison) {
   return examined(comparison.options.expect, meshes(comparison), unit ? std::string(to_string(*unit)) : std::string());
 }
 
-std::optional<Verdict> verdict(const Comparison& comparison) {
-  return worst_of(comparison, expectations_of(comparison));
-}
-
 std::string to_json(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
-  const auto expectations = expectations_of(comparison);
-  const auto found = worst_of(comparison, expectations);
+  const auto criteria = criteria_of(comparison);
+  const auto found = worst(criteria);
   Json json{{"id", comparison.id},
             {"status", name_of(kStops, outcome.stop)},
             {"verdict", found ? Json(to_string(*found)) : Json(nullptr)},
@@ -155,16 +154,14 @@ std::string to_json(const Comparison& comparison) {
             {"engine", engine(comparison.options, outcome)},
             {"statistics", json_of(outcome.statistics)}};
   if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *comparison.options.align);
-  if (const auto share = share_beyond(outcome, comparison.options))
-    json["share_beyond"] = share_of(*share, *comparison.options.max_share_beyond);
   if (comparison.options.expect.any()) {
     json["expect"] = api::json_of(comparison.options.expect);
-    json["expectations"] = api::json_of(expectations);
+    json["expectations"] = api::json_of(expectations_of(comparison));
   }
   if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   if (outcome.sides) json["sides"] = json_of(*outcome.sides, comparison.units.result.unit);
-  if (const auto of_zone = verdict_of_zone(outcome, comparison.options)) json["sides"]["verdict"] = to_string(*of_zone);
+  add_limits(criteria, comparison.units.result.unit, json);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -17,9 +17,6 @@ std::string to_json(const Comparison& comparison);
 // Returns what the options expect of mesh a, and what was found. Empty: nothing is expected.
 std::vector<Expectation> expectations_of(const Comparison& comparison);
 
-// Returns the worst verdict of the limits and of the expectations; nullopt: there are none.
-std::optional<Verdict> verdict(const Comparison& comparison);
-
 struct Stage {
   const char* name;
   double ms;

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "api/formats/format.h"
-#include "api/region_json.h"
 #include "check/mesh_names.h"
 
 namespace meshgauge::check {
@@ -59,132 +58,66 @@ std::vector<std::string> notes_of(const Json& document) {
   return notes;
 }
 
-// Why the work on the areas ended: that of the first direction whose work did not end by itself.
-std::string area_status(const Json& document) {
-  for (const char* name : {"/areas/a_to_b/status", "/areas/b_to_a/status"}) {
-    const Json::json_pointer at(name);
-    if (document.contains(at) && document[at].is_string() && document[at] != "complete") return document[at];
-  }
-  return "complete";
-}
-
-std::optional<ShareBeyond> share_from(const Json& document, const api::ShareLimit& limit) {
-  const Json::json_pointer lower("/share_beyond/share/lower"), upper("/share_beyond/share/upper");
-  if (!document.contains(lower) || !document.contains(upper)) return std::nullopt;
-  if (!document[lower].is_number() || !document[upper].is_number()) return std::nullopt;
-  ShareBeyond share{limit, document[lower], document[upper], area_status(document)};
-  const bool is_interval = share.lower >= 0 && share.lower <= share.upper && share.upper <= 1;
-  return is_interval ? std::optional(std::move(share)) : std::nullopt;
-}
-
-ZoneReached::Side side_from(const Json& sides, const char* name, double limit) {
-  ZoneReached::Side side{limit, 0, std::numeric_limits<double>::infinity(), {}, 0};
-  const Json& found = sides.at(name);
-  if (found.is_null()) return side;
-  side.lower = found.at("lower").get<double>();
-  side.upper = api::upper_of(found);
-  if (const Json& p = found.at("point_a"); !p.is_null()) {
-    side.at = Vec3(p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>());
-    side.triangle = found.at("triangle_a").get<std::uint32_t>();
-  }
-  return side;
-}
-
-// nullopt: the document has no valid sides.
-std::optional<ZoneReached> zone_from(const Json& document, const SideOptions::Zone& limit) try {
-  const Json& sides = document.at("sides");
-  ZoneReached zone{side_from(sides, "inside", limit.inside), side_from(sides, "outside", limit.outside),
-                   api::sides_refused(sides), sides.at("status").get<std::string>()};
-  const auto is_interval = [](const auto& side) { return side.lower >= 0 && side.lower <= side.upper; };
-  return is_interval(zone.inside) && is_interval(zone.outside) ? std::optional(std::move(zone)) : std::nullopt;
-} catch (const Json::exception&) {
-  return std::nullopt;
-}
-
-Verdict worst(const std::vector<Criterion>& criteria) {
-  const auto is = [](Verdict verdict) { return [=](const Criterion& c) { return c.verdict == verdict; }; };
-  if (std::any_of(criteria.begin(), criteria.end(), is(Verdict::fail))) return Verdict::fail;
-  return std::all_of(criteria.begin(), criteria.end(), is(Verdict::pass)) ? Verdict::pass : Verdict::undecided;
-}
-
-// In percent; rounded outwards, but for ends that are exact.
-Criterion criterion_of(const ShareBeyond& share, double uncertainty) {
-  const double lower = 100 * share.lower, upper = 100 * share.upper;
-  return {share.limit.distance,
-          uncertainty,
-          100 * share.limit.share,
-          share.lower > 0 ? std::nextafter(lower, 0.0) : 0,
-          share.upper > 0 && share.upper < 1 ? std::nextafter(upper, 100.0) : upper,
-          share.status,
-          verdict_of(share.lower, share.upper, share.limit.share)};
-}
-
-// The document as if only one region had been measured, or behind them the rest.
-Result<Json> part_of(const Json& document, const Limits& limits, std::size_t region) {
+// The document as if only the rest had been measured.
+Result<Json> rest_of(const Json& document, const Limits& limits) {
   const auto regions = document.find("regions");
   if (regions == document.end() || !regions->is_array() || regions->size() != limits.regions.size() + 1 ||
-      !regions->at(region).is_object())
+      !regions->back().is_object())
     return no_comparison("it has not the regions");
-  const Json& found = regions->at(region);
   Json part = document;
   for (const char* member : {"distance", "status", "a_to_b", "b_to_a"}) {
-    if (!found.contains(member)) return no_comparison("a region has no " + std::string(member));
-    part[member] = found[member];
+    if (!regions->back().contains(member)) return no_comparison("a region has no " + std::string(member));
+    part[member] = regions->back()[member];
   }
   return part;
 }
 
-// The witness of the region that is farthest beyond its limit, when the rest keeps its own.
-void look_at_failure(const Json& document, const Limits& limits, Measured& measured) {
-  double most = 0;
-  const auto& regions = measured.regions;
-  if (regions.empty() || criteria_of(measured).front().verdict == Verdict::fail) return;
-  for (std::size_t i = 0; i < regions.size(); ++i) {
-    if (regions[i].verdict != Verdict::fail || regions[i].lower - regions[i].limit < most) continue;
-    const auto part = part_of(document, limits, i);
-    const auto facts = part ? api::result_facts(*part, api::Side::a) : Result<api::ResultFacts>(part.error());
-    if (!facts || !facts->witness) continue;
-    most = regions[i].lower - regions[i].limit;
-    measured.witness = facts->witness;
-    measured.reached = facts->lower;
+// The limits, of which nothing is known.
+std::vector<Criterion> asked(const Limits& limits) {
+  api::ComparisonOptions options;
+  options.max_distance = limits.max_distance;
+  options.max_share_beyond = limits.max_share_beyond;
+  options.zone = limits.zone;
+  options.uncertainty = limits.uncertainty;
+  options.regions = limits.regions;
+  Outcome nothing;
+  if (!limits.regions.empty()) nothing.regions.resize(limits.regions.size() + 1);
+  return api::criteria_of(nothing, options);
+}
+
+bool is_same_limit(const Criterion& one, const Criterion& other) {
+  return one.of == other.of && one.region == other.region && one.side == other.side && one.beyond == other.beyond &&
+         one.limit == other.limit && one.uncertainty == other.uncertainty;
+}
+
+// Behind the limits the document has the expectations.
+Result<std::vector<Criterion>> criteria_from(const Json& document, const Limits& limits) {
+  const auto found = document.find("criteria");
+  if (found == document.end() || !found->is_array())
+    return no_comparison("it has no criteria, since the service is older than this program: update the service");
+  std::vector<Criterion> criteria = asked(limits);
+  for (std::size_t i = 0; i < criteria.size(); ++i) {
+    auto criterion = i < found->size() ? api::read_criterion((*found)[i]) : Result<Criterion>(no_comparison(""));
+    if (!criterion || !is_same_limit(criteria[i], *criterion))
+      return no_comparison("its criterion " + std::to_string(i + 1) + " is not the " + criteria[i].name);
+    if (criterion->refused.starts_with("mesh b")) criterion->refused.replace(0, 6, "the baseline");
+    criteria[i] = *std::move(criterion);
   }
+  return criteria;
 }
 
-Result<Criterion> region_from(const Json& json, const Region& asked, const Limits& limits) try {
-  if (json.at("name") != asked.name) return no_comparison("it has not the regions");
-  const Json& distance = json.at("distance");
-  Criterion found;
-  found.region = asked.name;
-  found.uncertainty = limits.uncertainty;
-  found.limit = asked.max_distance ? *asked.max_distance : limits.max_distance.value_or(0);
-  found.lower = distance.at("lower").get<double>();
-  found.upper = api::upper_of(distance);
-  if (!(found.lower >= 0 && found.lower <= found.upper)) return no_comparison("a region has no interval");
-  found.status = json.at("status").get<std::string>();
-  found.verdict = verdict_of(found.lower, found.upper, found.limit, found.uncertainty);
-  return found;
-} catch (const Json::exception& error) {
-  return no_comparison(error.what());
-}
-
-void add_criteria(const ZoneReached& zone, double u, std::vector<Criterion>& criteria) {
-  const auto add = [&](const ZoneReached::Side& side, std::string_view name) {
-    const Verdict verdict =
-        zone.refused.empty() ? verdict_of(side.lower, side.upper, side.limit, u) : Verdict::undecided;
-    criteria.push_back({std::nullopt, u, side.limit, side.lower, side.upper, zone.status, verdict, {}, name});
-  };
-  if (zone.refused.empty()) add(zone.inside, "inside");
-  add(zone.outside, "outside");
+Witness witness_of(const Criterion::Place& at) {
+  return {at.on_a, at.point, at.triangle, at.nearest.value_or(at.point), at.nearest_triangle};
 }
 
 // Whether something is known of every limit and every expectation.
 bool bounded(const GateOutcome& outcome) {
   if (!outcome.measured || !std::isfinite(outcome.measured->upper)) return false;
-  const auto& share = outcome.measured->share_beyond;
-  if (share && share->lower <= 0 && share->upper >= 1) return false;
-  const auto& zone = outcome.measured->zone;
-  if (zone && !(std::isfinite(zone->inside.upper) && std::isfinite(zone->outside.upper))) return false;
-  return std::ranges::all_of(outcome.expectations, &Expectation::known);
+  const auto is_known = [](const Criterion& c) {
+    return std::isfinite(c.upper) && !(c.of == Criterion::Of::share && c.lower <= 0 && c.upper >= 1);
+  };
+  return std::ranges::all_of(outcome.measured->criteria, is_known) &&
+         std::ranges::all_of(outcome.expectations, &Expectation::known);
 }
 
 bool is_cloud(const Json& document, const std::string& mesh) {
@@ -213,6 +146,7 @@ std::string_view to_string(Level level) {
 }
 
 api::ResultFacts facts_of(const Measured& measured) {
+  const Criterion* outside = measured.find(Criterion::Of::distance, "", "outside");
   return {measured.shown,
           measured.lower,
           measured.upper,
@@ -220,37 +154,15 @@ api::ResultFacts facts_of(const Measured& measured) {
           measured.direction,
           measured.units,
           measured.motion,
-          measured.zone.has_value(),
-          measured.zone ? measured.zone->refused : ""};
+          outside != nullptr,
+          outside ? outside->refused : ""};
 }
 
-std::vector<Criterion> criteria_of(const Measured& measured) {
-  std::vector<Criterion> criteria;
-  if (measured.has_max_distance)
-    criteria.push_back({std::nullopt, measured.uncertainty, measured.limit, measured.lower, measured.upper,
-                        measured.status,
-                        verdict_of(measured.lower, measured.upper, measured.limit, measured.uncertainty),
-                        measured.regions.empty() ? std::string() : std::string(api::kRest)});
-  if (measured.zone) add_criteria(*measured.zone, measured.uncertainty, criteria);
-  criteria.insert(criteria.end(), measured.regions.begin(), measured.regions.end());
-  if (measured.share_beyond) criteria.push_back(criterion_of(*measured.share_beyond, measured.uncertainty));
-  return criteria;
-}
-
-Criterion foremost(const Measured& measured) {
-  const std::vector<Criterion> criteria = criteria_of(measured);
-  const auto rank = [&](const Criterion& c) {
-    const double limit = std::max(c.limit, std::numeric_limits<double>::min());
-    return std::pair(c.verdict == measured.verdict, c.upper / limit);
-  };
-  return *std::max_element(criteria.begin(), criteria.end(),
-                           [&](const Criterion& a, const Criterion& b) { return rank(a) < rank(b); });
-}
-
-std::string Criterion::distance_name() const {
-  if (!side.empty()) return "distance " + std::string(side);
-  if (region.empty()) return "distance";
-  return region == api::kRest ? "distance in no region" : "distance in " + region;
+const Criterion* Measured::find(Criterion::Of of, std::string_view region, std::string_view side) const {
+  const auto found = std::ranges::find_if(criteria, [&](const Criterion& c) {
+    return c.of == of && c.side == side && (c.region == region || (region.empty() && !c.is_of_region()));
+  });
+  return found == criteria.end() ? nullptr : &*found;
 }
 
 std::string Measured::place_of_witness() const {
@@ -260,31 +172,18 @@ std::string Measured::place_of_witness() const {
 }
 
 Result<Measured> measured_from(Json document, const Limits& limits) {
-  const auto rest = limits.regions.empty() ? Result<Json>(Json()) : part_of(document, limits, limits.regions.size());
+  const auto rest = limits.regions.empty() ? Result<Json>(Json()) : rest_of(document, limits);
   if (!rest) return rest.error();
   const Json& of_limit = limits.regions.empty() ? document : *rest;  // what max_distance limits
   const auto facts = api::result_facts(of_limit, api::Side::a);
   if (!facts) return facts.error();
   const auto status = of_limit.find("status");
   if (status == of_limit.end() || !status->is_string()) return no_comparison("it has no status");
+  auto criteria = criteria_from(document, limits);
+  if (!criteria) return criteria.error();
   Measured measured;
-  measured.has_max_distance = limits.max_distance.has_value();
-  measured.uncertainty = limits.uncertainty;
-  if (limits.max_share_beyond) {
-    measured.share_beyond = share_from(document, *limits.max_share_beyond);
-    if (!measured.share_beyond) return no_comparison("it has no share of the area beyond the limit");
-  }
-  for (std::size_t i = 0; i < limits.regions.size(); ++i) {
-    auto region = region_from(document["regions"][i], limits.regions[i], limits);
-    if (!region) return region.error();
-    measured.regions.push_back(*std::move(region));
-  }
-  if (limits.zone) {
-    measured.zone = zone_from(document, *limits.zone);
-    if (!measured.zone) return no_comparison("it does not say how far the candidate is on each side");
-  }
-  measured.limit = limits.max_distance.value_or(0);
-  measured.shown = facts->limit.value_or(api::DistanceLimit{measured.limit});
+  measured.criteria = *std::move(criteria);
+  measured.shown = facts->limit.value_or(api::DistanceLimit{limits.max_distance.value_or(0)});
   measured.lower = facts->lower;
   measured.upper = facts->upper;
   measured.units = facts->units;
@@ -292,9 +191,14 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
   measured.notes = notes_of(document);
   measured.unread = unread_of(document);
   measured.status = status->get<std::string>();
-  measured.verdict = worst(criteria_of(measured));
+  measured.verdict = verdict_of(*api::worst(measured.criteria));
+  const Criterion& foremost = measured.foremost();
   measured.witness = facts->witness;
-  look_at_failure(document, limits, measured);
+  measured.reached = facts->lower;
+  if (foremost.at && foremost.at->nearest) {
+    measured.witness = witness_of(*foremost.at);
+    measured.reached = foremost.lower;
+  }
   measured.direction = facts->direction;
   measured.document = std::move(document);
   return measured;

@@ -12,6 +12,7 @@ class App;
 namespace meshgauge::cli {
 
 inline constexpr int kExitResult = 0;
+inline constexpr int kExitFail = 1, kExitUndecided = 2;  // of a comparison with limits or expectations
 inline constexpr int kExitUnhealthy = 1;
 inline constexpr int kExitError = 3;  // bad flags, unreadable input, or a failure
 

@@ -20,6 +20,7 @@
 #include "api/refused.h"
 #include "api/region_json.h"
 #include "api/request.h"
+#include "api/criteria.h"
 #include "api/response.h"
 #include "api/result_document.h"
 #include "check/deviation.h"
@@ -278,6 +279,12 @@ Result<api::Comparison> measure_files(const Flags& flags, const api::Request& re
   return comparison;
 }
 
+// As of `check`. nullopt: nothing was limited or expected.
+int exit_code_of(std::optional<api::Verdict> verdict) {
+  if (!verdict || *verdict == api::Verdict::pass) return kExitResult;
+  return *verdict == api::Verdict::fail ? kExitFail : kExitUndecided;
+}
+
 int run(const Flags& flags) {
   const auto request = to_request(flags);
   if (!request) return fail(request.error());
@@ -288,15 +295,17 @@ int run(const Flags& flags) {
   const std::string text = flags.json ? api::to_json(*comparison) + "\n" : to_table(*comparison);
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
   if (!written) return fail({ErrorCode::internal, "the result could not be written", "", ""});
-  if (flags.deviation.empty()) return kExitResult;
-  const auto map = write_map(flags, meshes, *comparison, request->timeout);
-  return map ? kExitResult : fail(map.error());
+  if (!flags.deviation.empty()) {
+    const auto map = write_map(flags, meshes, *comparison, request->timeout);
+    if (!map) return fail(map.error());
+  }
+  return exit_code_of(api::worst(api::criteria_of(*comparison)));
 }
 
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-  CLI::App& command = *app.add_subcommand("compare", "Measure the distance between two mesh files");
+  CLI::App& command = *app.add_subcommand("compare", "Measure the distance between two mesh files; with a limit: exit 0 pass, 1 fail, 2 undecided, 3 error");
   const auto flags = std::make_shared<Flags>();
   command
       .add_option(

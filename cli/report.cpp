@@ -3,11 +3,11 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "api/criteria.h"
 #include "api/gate.h"
 #include "api/names.h"
 #include "api/notes.h"
 #include "api/region_json.h"
-#include "api/response.h"
 #include "api/with_unit.h"
 #include "check/text.h"
 #include "cli/area_table.h"
@@ -84,38 +84,33 @@ void add_direction(std::string& out, const char* name, const std::optional<Direc
   }
 }
 
-// "0.1 mm, 1 % beyond 0.05 mm".
-std::string limits_of(const api::ComparisonOptions& options, const Unit& unit) {
-  std::string text;
-  if (options.max_distance) text = api::with_unit(shortest(*options.max_distance), unit);
-  if (const auto& limit = options.max_share_beyond)
-    text += (text.empty() ? "" : ", ") + shortest(100 * limit->share) + " % of the area beyond " +
-            api::with_unit(shortest(limit->distance), unit);
-  if (const auto& zone = options.zone)
-    text += (text.empty() ? "" : ", ") + api::with_unit(shortest(zone->inside), unit) + " inside, " +
-            api::with_unit(shortest(zone->outside), unit) + " outside";
-  return text + (options.uncertainty > 0 ? ", uncertainty " + api::with_unit(shortest(options.uncertainty), unit) : "");
+// "verdict   fail", and below it each criterion, the foremost first: "fail      the distance is at least ...".
+void add_verdict(std::string& out, const Comparison& comparison) {
+  const auto criteria = api::criteria_of(comparison);
+  if (criteria.empty()) return;
+  const auto& unit = comparison.units.result.unit;
+  const std::string_view name = unit ? to_string(*unit) : std::string_view();
+  append(out, "verdict   %s\n", std::string(api::to_string(*api::worst(criteria))).c_str());
+  const api::Criterion& foremost = api::foremost(criteria);
+  const auto add = [&](const api::Criterion& one) {
+    append(out, "  %-9s ", std::string(api::to_string(one.verdict)).c_str());
+    out += api::finding_of(one, name) + "\n";
+  };
+  add(foremost);
+  for (const api::Criterion& one : criteria) {
+    if (&one != &foremost) add(one);
+  }
 }
 
-// "region    bore: 0.0101 .. 0.0103 mm, at most 0.02 mm: pass".
+// "region    bore: 0.0101 .. 0.0103 mm".
 void add_regions(std::string& out, const Comparison& comparison) {
-  const Unit& unit = comparison.units.result.unit;
   const auto& regions = comparison.outcome.regions;
   for (std::size_t i = 0; i < regions.size(); ++i) {
     const bool is_rest = i == comparison.options.regions.size();
     out += "region    " + (is_rest ? std::string(api::kRest) : comparison.options.regions[i].name) + ": ";
-    if (regions[i].empty) {
-      out += "no surface\n";
-      continue;
-    }
-    out += shortest(regions[i].lower) + " .. " + api::with_unit(shortest(regions[i].upper), unit);
-    const auto limit = api::limit_of_region(comparison.options, i);
-    if (limit) {
-      const auto verdict =
-          api::verdict_within(regions[i].lower, regions[i].upper, *limit, comparison.options.uncertainty);
-      out += ", at most " + api::with_unit(shortest(*limit), unit) + ": " + std::string(api::to_string(verdict));
-    }
-    out += "\n";
+    out += regions[i].empty ? "no surface\n"
+                            : shortest(regions[i].lower) + " .. " +
+                                  api::with_unit(shortest(regions[i].upper), comparison.units.result.unit) + "\n";
   }
 }
 
@@ -147,14 +142,7 @@ std::string to_table(const Comparison& comparison) {
   append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(), in_unit(outcome.upper).c_str(),
          std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
   append(out, "width     %s, %s\n", in_unit(outcome.upper - outcome.lower).c_str(), reason(outcome).c_str());
-  if (const auto verdict = api::verdict(comparison)) {
-    const std::string limits = limits_of(comparison.options, unit);
-    out += "verdict   " + std::string(api::to_string(*verdict)) + (limits.empty() ? "" : " (at most " + limits + ")") +
-           "\n";
-  }
-  for (const api::Expectation& one : api::expectations_of(comparison))
-    out += "expected  " + one.name + ": " + one.found + ", expected " + one.expected + ": " +
-           std::string(api::to_string(one.verdict)) + "\n";
+  add_verdict(out, comparison);
   add_regions(out, comparison);
   add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);
   add_direction(out, "b to a", outcome.b_to_a, comparison.b, unit);

@@ -90,25 +90,26 @@ std::string icon(Verdict verdict) {
          sign(verdict) + "</svg>";
 }
 
-std::string interval_drawing(const Criterion& criterion, const std::string& units) {
+std::string interval_drawing(const Criterion& found, const std::string& units) {
+  const Criterion criterion = found.beyond ? api::in_percent(found) : found;
   // An unknown upper bound has no place on the axis; it extends to the end.
   const double u = criterion.beyond ? 0 : criterion.uncertainty;
   std::vector<double> values{criterion.lower, criterion.limit - u, criterion.limit + u};
   if (std::isfinite(criterion.upper)) values.push_back(criterion.upper);
   const Axis axis = axis_for(values);
-  const IntervalText text = figures_of(criterion);
+  const IntervalText text = figures_of(found);
   const double limit = axis.at(criterion.limit), from = axis.at(criterion.lower), to = axis.at(criterion.upper);
 
   const std::string unit = criterion.beyond ? "%" : units;
   const std::string what =
       criterion.beyond ? "The share of the area farther than " + api::with_unit(to_digits(*criterion.beyond, 6), units)
-                       : "The " + criterion.distance_name();
+                       : "The " + criterion.name;
   std::string out = box("zone pass", 0, axis.at(criterion.limit - u), 22, 36) +
                     box("zone fail", axis.at(criterion.limit + u), 1, 22, 36) +
                     box("zone-hatch", axis.at(criterion.limit + u), 1, 22, 36);
   out += "<text class=\"zone-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
   out += "<text class=\"zone-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
-  out += interval_bar(from, to, criterion.verdict, 34, 12);
+  out += interval_bar(from, to, verdict_of(criterion.verdict), 34, 12);
   out += line("limit", limit, 16, 64) + label("limit-name", limit, 12, "limit " + api::with_unit(text.limit, unit));
   out += label("value", 0.5 * (from + to), 76, api::with_unit(text.both(), unit));
   out += axis_ticks(axis, 84);
@@ -132,7 +133,7 @@ std::string interval_line(const Criterion& criterion) {
   std::string out =
       box("zone pass", 0, pass, 3, 14) + box("zone fail", fail, 1, 3, 14) + box("zone-hatch", fail, 1, 3, 14);
   out +=
-      interval_bar(place(criterion.lower), place(criterion.upper), criterion.verdict, 7, 6) + line("limit", 0.5, 0, 20);
+      interval_bar(place(criterion.lower), place(criterion.upper), verdict_of(criterion.verdict), 7, 6) + line("limit", 0.5, 0, 20);
   return "<svg class=\"interval-line\" width=\"100%\" height=\"20\" aria-hidden=\"true\">" + out + "</svg>";
 }
 

@@ -55,7 +55,7 @@ Gallery::~Gallery() {
 
 Gallery::Need Gallery::need_of(const GateOutcome& outcome) {
   if (!outcome.measured) return {Verdict::error, 0, outcome.gate.name};
-  const Criterion criterion = foremost(*outcome.measured);
+  const Criterion& criterion = outcome.measured->foremost();
   const double share = criterion.upper / std::max(criterion.limit, std::numeric_limits<double>::min());
   return {outcome.measured->verdict, share, outcome.gate.name};
 }

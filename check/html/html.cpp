@@ -142,27 +142,28 @@ std::string filter(const Report& report) {
   return out + "</fieldset>\n";
 }
 
+// The row of one limit of several, below that of its gate.
+std::string criterion_row(const CriterionWords& words, const std::string& kind_of_gate) {
+  const Verdict verdict = verdict_of(words.criterion.verdict);
+  const std::string kind(to_string(verdict));
+  return "<tr class=\"gate criterion " + kind_of_gate + "\"><td><span class=\"badge " + kind + "\">" + icon(verdict) +
+         kind + "</span></td><th scope=\"row\">" + escaped(words.name) + "</th><td class=\"number\">" +
+         escaped(words.interval) + "</td><td class=\"number\">" + escaped(words.limit) + "</td><td class=\"wide\">" +
+         interval_line(words.criterion) + "</td></tr>\n";
+}
+
 std::string index_row(const GateOutcome& outcome, std::size_t index) {
   const std::string kind(to_string(outcome.verdict()));
   std::string out = "<tr class=\"gate " + kind + "\"><td><span class=\"badge " + kind + "\">" +
                     icon(outcome.verdict()) + kind + "</span></td><th scope=\"row\"><a href=\"#" + gate_id(index) +
-                    "\">" + escaped(outcome.gate.name) + "</a></th>";
-  if (outcome.measured) {
-    std::string found;
-    for (const Criterion& c : criteria_of(*outcome.measured))
-      if (!c.is_of_region())
-        found += (found.empty() ? "" : ", ") + figures_of(c).both() +
-                 (c.beyond         ? " %"
-                  : c.side.empty() ? ""
-                                   : " " + std::string(c.side));
-    out += "<td class=\"number\">" + found + "</td>";
-    out += "<td class=\"number\">" + escaped(limit_text(outcome)) + "</td><td class=\"wide\">" +
-           interval_line(foremost(*outcome.measured)) + "</td>";
-  } else {
-    out += "<td class=\"number\">none</td><td class=\"number\">" + escaped(limit_text(outcome)) +
-           "</td><td class=\"wide\"></td>";
-  }
-  return out + "</tr>\n";
+                    "\">" + escaped(outcome.gate.name) + "</a></th><td class=\"number\">" +
+                    (outcome.measured ? escaped(interval_of(outcome)) : "none") + "</td><td class=\"number\">" +
+                    escaped(limit_of(outcome)) + "</td><td class=\"wide\">" +
+                    (outcome.measured ? interval_line(outcome.measured->foremost()) : "") + "</td></tr>\n";
+  const auto all = criteria_in_words(outcome);
+  if (all.size() < 2) return out;
+  for (const CriterionWords& one : all) out += criterion_row(one, kind);
+  return out;
 }
 
 std::string index_of(const Report& report, const std::vector<std::size_t>& order) {

@@ -17,11 +17,11 @@ using api::with_unit;
 // Difference to the limit, rounded towards what the interval proves.
 std::string margin(const Criterion& criterion) {
   if (!(criterion.limit > 0)) return "";
-  if (criterion.verdict == Verdict::pass) {
+  if (criterion.verdict == api::Verdict::pass) {
     return "at most " + to_digits_above(100 * criterion.upper / criterion.limit, 3) + " % of the limit";
   }
   const double times = criterion.lower / criterion.limit;
-  if (criterion.verdict != Verdict::fail) return "";
+  if (criterion.verdict != api::Verdict::fail) return "";
   return times < 2 ? "at least " + to_digits_below(100 * (times - 1), 2) + " % above the limit"
                    : "at least " + to_digits_below(times, 3) + " times the limit";
 }
@@ -170,7 +170,7 @@ std::string surprises(const GateOutcome& outcome) {
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
   std::string out = expectation_table(outcome);
-  for (const Criterion& criterion : criteria_of(measured)) out += interval_drawing(criterion, outcome.unit()) + "\n";
+  for (const Criterion& criterion : measured.criteria) out += interval_drawing(criterion, outcome.unit()) + "\n";
   for (const Chart& chart : charts_of(outcome)) out += history_drawing(chart);
   out += notes_part(outcome);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
@@ -183,13 +183,13 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
   const IntervalText text = figures_of(criterion);
   const std::string unit = criterion.beyond ? "%" : outcome.unit(), by = margin(criterion);
   const std::string end = (by.empty() ? "" : ", " + by) + ". ";
-  const bool is_pass = criterion.verdict == Verdict::pass;
-  if (!criterion.side.empty() && !outcome.measured->zone->refused.empty())
-    return "Not decided: nothing is inside or outside of the baseline. " + outcome.measured->zone->refused + ". ";
-  if (criterion.verdict == Verdict::undecided) {
+  const bool is_pass = criterion.verdict == api::Verdict::pass;
+  if (!criterion.refused.empty())
+    return "Not decided: nothing is inside or outside of the baseline. " + criterion.refused + ". ";
+  if (criterion.verdict == api::Verdict::undecided) {
     const std::string of = criterion.beyond ? "share of the area farther than " +
                                                   with_unit(to_digits(*criterion.beyond, 6), outcome.unit())
-                                            : criterion.distance_name();
+                                            : criterion.name;
     if (criterion.uncertainty > 0)
       return "Not decided: the limit is " + limit + ", the " + of + " lies between " + text.lower + " and " +
              with_unit(text.upper, unit) + ". ";
@@ -197,14 +197,14 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
            " and " + with_unit(text.upper, unit) + ". ";
   }
   const std::string found = criterion.beyond
-                                ? area_in_words(outcome, criterion)
-                                : "the " + criterion.distance_name() + " is at " + (is_pass ? "most " : "least ") +
+                                ? api::share_in_words(criterion, outcome.unit())
+                                : "the " + criterion.name + " is at " + (is_pass ? "most " : "least ") +
                                       with_unit(is_pass ? text.upper : text.lower, unit);
   return (is_pass ? "Certainly within the limit of " : "Certainly beyond the limit of ") + limit + ": " + found + end;
 }
 
 std::string uncertainty_text(const GateOutcome& outcome) {
-  const double u = outcome.measured ? outcome.measured->uncertainty : outcome.gate.uncertainty.max_distance.value_or(0);
+  const double u = outcome.measured ? outcome.measured->criteria.front().uncertainty : outcome.gate.uncertainty.max_distance.value_or(0);
   return u > 0 ? " \xC2\xB1 " + with_unit(to_digits(u, 6), outcome.unit()) : "";
 }
 
@@ -219,36 +219,20 @@ std::string length_text(const GateOutcome& outcome, const Limit& limit, const st
 
 std::string gate_id(std::size_t index) { return "gate-" + std::to_string(index + 1); }
 
-std::string limit_text(const GateOutcome& outcome) {
-  const auto& measured = outcome.measured;
-  const auto criteria = measured ? criteria_of(*measured) : std::vector<Criterion>{};
-  std::string text;
-  const auto& zone = outcome.gate.zone;
-  if (outcome.gate.limit.is_given() || !(outcome.gate.area_limit || zone))
-    text = length_text(outcome, outcome.gate.limit, criteria.empty() ? "" : figures_of(criteria.front()).limit);
-  if (zone)
-    text += (text.empty() ? "" : ", ") + length_text(outcome, zone->inside, "") + " inside, " +
-            length_text(outcome, zone->outside, "") + " outside";
-  if (const auto& area = outcome.gate.area_limit) {
-    const std::string beyond = criteria.empty() ? "" : to_digits(*criteria.back().beyond, 6);
-    text += (text.empty() ? "" : ", ") + to_digits(100 * area->share, 12) + " % beyond " +
-            length_text(outcome, area->distance, beyond);
-  }
-  return text + uncertainty_text(outcome);
-}
-
 std::string sentence(const GateOutcome& outcome) {
   if (!outcome.measured) {
     const std::string why = outcome.error ? outcome.advice() : "";
     return why.empty() ? "Interrupted before anything was known." : why;
   }
-  std::string text;
-  for (const Criterion& criterion : criteria_of(*outcome.measured)) {
+  std::string text, last;
+  for (const Criterion& criterion : outcome.measured->criteria) {
     const std::string limit = criterion.beyond
                                   ? figures_of(criterion).limit + " %"
                                   : length_text(outcome, limit_for(outcome, criterion), figures_of(criterion).limit) +
                                         uncertainty_text(outcome);
-    text += sentence_of(outcome, criterion, limit);
+    std::string one = sentence_of(outcome, criterion, limit);
+    if (one != last) text += one;
+    last = std::move(one);
   }
   return text + "Measured " + direction_of(outcome.gate.options.direction) + ".";
 }

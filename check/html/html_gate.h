@@ -11,9 +11,6 @@ namespace meshgauge::check {
 
 std::string gate_id(std::size_t index);  // its anchor: "gate-3" for index 2
 
-// "0.05 mm", or "0.5 % of the diagonal" followed by the length, if known.
-std::string limit_text(const GateOutcome& outcome);
-
 // Returns the result as one sentence that the interval supports. Not escaped.
 std::string sentence(const GateOutcome& outcome);
 

@@ -15,8 +15,8 @@ namespace {
 template <class Is>
 bool fails_only(const GateOutcome& outcome, const Is& is) {
   if (!outcome.measured || outcome.measured->verdict != Verdict::fail) return false;
-  return std::ranges::all_of(criteria_of(*outcome.measured),
-                             [&](const Criterion& c) { return c.verdict != Verdict::fail || is(c); });
+  return std::ranges::all_of(outcome.measured->criteria,
+                             [&](const Criterion& c) { return c.verdict != api::Verdict::fail || is(c); });
 }
 
 }  // namespace

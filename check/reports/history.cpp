@@ -41,13 +41,13 @@ std::string text(const Json& line, const char* name) {
   return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-std::optional<ShareBeyond> share_of(const Json& line) {
+std::optional<PastShare> share_of(const Json& line) {
   const auto found = line.find("share_beyond");
   if (found == line.end() || !found->is_object()) return std::nullopt;
   const auto number = [&](const char* name) { return length(*found, name).value_or(NAN); };
-  ShareBeyond share{{number("distance"), number("limit")}, number("lower"), number("upper"), ""};
-  const double sum = share.limit.distance + share.limit.share + share.lower + share.upper;
-  return std::isfinite(sum) ? std::optional(std::move(share)) : std::nullopt;
+  const PastShare share{number("distance"), number("lower"), number("upper"), number("limit")};
+  const bool is_known = std::isfinite(share.distance + share.lower + share.upper + share.limit);
+  return is_known ? std::optional(share) : std::nullopt;
 }
 
 // The limits of the zone's sides, or of the regions, by name; what is none is left out.
@@ -84,9 +84,8 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
-Json json_of(const ShareBeyond& share) {
-  return {
-      {"distance", share.limit.distance}, {"limit", share.limit.share}, {"lower", share.lower}, {"upper", share.upper}};
+Json json_of(const PastShare& share) {
+  return {{"distance", share.distance}, {"limit", share.limit}, {"lower", share.lower}, {"upper", share.upper}};
 }
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
@@ -105,12 +104,23 @@ Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& 
   return json;
 }
 
-// `found`: a side of a zone or a region.
-PastLimit past_of(const auto& found, bool is_refused = false) {
+PastLimit past_of(const Criterion& found) {
   PastLimit past{{}, {}, found.limit};
-  if (!is_refused) past.lower = found.lower;
-  if (!is_refused && std::isfinite(found.upper)) past.upper = found.upper;
+  if (found.refused.empty()) past.lower = found.lower;
+  if (std::isfinite(found.upper)) past.upper = found.upper;
   return past;
+}
+
+void add(const Criterion& criterion, PastRun& run) {
+  if (criterion.beyond) {
+    run.share_beyond = {*criterion.beyond, criterion.lower, criterion.upper, criterion.limit};
+  } else if (criterion.is_of_region()) {
+    run.regions[criterion.region] = past_of(criterion);
+  } else if (criterion.side.empty()) {
+    run.limit = criterion.limit;
+  } else {
+    (criterion.side == "inside" ? run.inside : run.outside) = past_of(criterion);
+  }
 }
 
 PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
@@ -118,14 +128,8 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   if (!outcome.measured) return run;
   run.lower = outcome.measured->lower;
   if (std::isfinite(outcome.measured->upper)) run.upper = outcome.measured->upper;
-  if (outcome.measured->has_max_distance) run.limit = outcome.measured->limit;
-  run.share_beyond = outcome.measured->share_beyond;
-  run.uncertainty = outcome.measured->uncertainty;
-  if (const auto& zone = outcome.measured->zone) {
-    run.inside = past_of(zone->inside, !zone->refused.empty());
-    run.outside = past_of(zone->outside, !zone->refused.empty());
-  }
-  for (const Criterion& region : outcome.measured->regions) run.regions[region.region] = past_of(region);
+  for (const Criterion& criterion : outcome.measured->criteria) add(criterion, run);
+  run.uncertainty = outcome.measured->criteria.front().uncertainty;
   return run;
 }
 
@@ -143,7 +147,7 @@ PastRun area_run(PastRun run) {
   run.unit = "%";
   run.uncertainty = 0;
   if (!share) return run_of(std::move(run), {}, {}, {});
-  return run_of(std::move(run), 100 * share->lower, 100 * share->upper, 100 * share->limit.share);
+  return run_of(std::move(run), 100 * share->lower, 100 * share->upper, 100 * share->limit);
 }
 
 PastRun run_of(PastRun run, const std::optional<PastLimit>& of) {
@@ -208,28 +212,25 @@ std::string commit_of_pipeline() {
 
 std::vector<Chart> charts_of(const GateOutcome& outcome) {
   std::vector<Chart> charts;
-  const auto& measured = outcome.measured;
-  if (!measured || measured->has_max_distance) {
-    const std::string what = measured ? criteria_of(*measured).front().distance_name() : "distance";
-    Chart& chart = charts.emplace_back(Chart{"the " + what, outcome.unit(), {}});
-    for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, run.lower, run.upper, run.limit));
-  }
-  if (measured && measured->zone) {
-    for (const auto& [side, name] :
-         {std::pair(&PastRun::inside, "the distance inside"), std::pair(&PastRun::outside, "the distance outside")}) {
-      Chart& chart = charts.emplace_back(Chart{name, outcome.unit(), {}});
-      for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, run.*side));
+  const auto add = [&](std::string what, const std::string& unit, const auto& run_of_limit) {
+    Chart& chart = charts.emplace_back(Chart{std::move(what), unit, {}});
+    for (const PastRun& run : outcome.history) chart.runs.push_back(run_of_limit(run));
+  };
+  const auto whole = [](const PastRun& run) { return run_of(run, run.lower, run.upper, run.limit); };
+  if (!outcome.measured) add("the distance", outcome.unit(), whole);
+  for (const Criterion& c : outcome.measured ? outcome.measured->criteria : std::vector<Criterion>()) {
+    if (c.beyond) {
+      add("the area farther than " + api::with_unit(to_digits(*c.beyond, 6), outcome.unit()), "%", area_run);
+    } else if (c.is_of_region()) {
+      add("the " + c.name, outcome.unit(),
+          [&](const PastRun& run) { return run_of(run, limit_of(run.regions, c.region)); });
+    } else if (c.side.empty()) {
+      add("the " + c.name, outcome.unit(), whole);
+    } else {
+      add("the " + c.name, outcome.unit(),
+          [&](const PastRun& run) { return run_of(run, c.side == "inside" ? run.inside : run.outside); });
     }
   }
-  for (const Criterion& region : measured ? measured->regions : std::vector<Criterion>()) {
-    Chart& chart = charts.emplace_back(Chart{"the " + region.distance_name(), outcome.unit(), {}});
-    for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, limit_of(run.regions, region.region)));
-  }
-  if (!measured || !measured->share_beyond) return charts;
-  const std::string beyond = to_digits(measured->share_beyond->limit.distance, 6);
-  Chart area{"the area farther than " + api::with_unit(beyond, outcome.unit()), "%", {}};
-  std::transform(outcome.history.begin(), outcome.history.end(), std::back_inserter(area.runs), area_run);
-  charts.push_back(std::move(area));
   return charts;
 }
 

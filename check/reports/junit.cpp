@@ -20,34 +20,30 @@ std::string class_name(const Gate& gate) {
 
 std::string coordinates(const Vec3& p) { return shortest(p.x()) + " " + shortest(p.y()) + " " + shortest(p.z()); }
 
+// What the names of a limit's properties begin with: "", "region.bore.", "inside.", "share_beyond.".
+std::string prefix_of(const Criterion& criterion) {
+  if (criterion.beyond) return "share_beyond.";
+  if (criterion.is_of_region()) return "region." + shown_name(criterion.region) + ".";
+  return criterion.side.empty() ? "" : criterion.side + ".";
+}
+
+void add(const Criterion& criterion, Properties& properties) {
+  const std::string prefix = prefix_of(criterion);
+  if (criterion.beyond) properties.emplace_back(prefix + "distance", shortest(*criterion.beyond));
+  if (criterion.refused.empty() && !prefix.empty()) {
+    properties.emplace_back(prefix + "lower", shortest(criterion.lower));
+    if (std::isfinite(criterion.upper)) properties.emplace_back(prefix + "upper", shortest(criterion.upper));
+  }
+  properties.emplace_back(prefix + "limit", shortest(criterion.limit));
+  if (!prefix.empty()) properties.emplace_back(prefix + "verdict", std::string(to_string(criterion.verdict)));
+  if (!criterion.refused.empty()) properties.emplace_back(prefix + "refused", shown_name(criterion.refused));
+}
+
 void add_measured(Properties& properties, const Measured& measured) {
   properties.emplace_back("lower", shortest(measured.lower));
   properties.emplace_back("upper", shortest(measured.upper));
-  if (measured.has_max_distance) properties.emplace_back("limit", shortest(measured.limit));
-  if (measured.uncertainty > 0) properties.emplace_back("uncertainty", shortest(measured.uncertainty));
-  for (const Criterion& region : measured.regions) {
-    const std::string name = "region." + shown_name(region.region);
-    properties.emplace_back(name + ".lower", shortest(region.lower));
-    properties.emplace_back(name + ".upper", shortest(region.upper));
-    properties.emplace_back(name + ".limit", shortest(region.limit));
-    properties.emplace_back(name + ".verdict", std::string(to_string(region.verdict)));
-  }
-  if (const auto& share = measured.share_beyond) {
-    properties.emplace_back("share_beyond.distance", shortest(share->limit.distance));
-    properties.emplace_back("share_beyond.lower", shortest(share->lower));
-    properties.emplace_back("share_beyond.upper", shortest(share->upper));
-    properties.emplace_back("share_beyond.limit", shortest(share->limit.share));
-  }
-  if (measured.zone) {
-    for (const auto& [side, name] :
-         {std::pair(&measured.zone->inside, "inside."), std::pair(&measured.zone->outside, "outside.")}) {
-      properties.emplace_back(std::string(name) + "limit", shortest(side->limit));
-      if (!measured.zone->refused.empty()) continue;
-      properties.emplace_back(std::string(name) + "lower", shortest(side->lower));
-      if (std::isfinite(side->upper)) properties.emplace_back(std::string(name) + "upper", shortest(side->upper));
-    }
-    if (!measured.zone->refused.empty()) properties.emplace_back("sides.refused", shown_name(measured.zone->refused));
-  }
+  for (const Criterion& criterion : measured.criteria) add(criterion, properties);
+  if (const double u = measured.criteria.front().uncertainty; u > 0) properties.emplace_back("uncertainty", shortest(u));
   properties.emplace_back("status", shown_name(measured.status));
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);
   if (!measured.witness) return;

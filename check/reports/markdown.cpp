@@ -89,10 +89,10 @@ std::string bar_of(const Criterion& criterion) {
   int first = criterion.lower > 0 ? std::min(static_cast<int>(cell(criterion.lower)), kBarCells - 1) : 0;
   int last = criterion.upper > 0 ? std::max(static_cast<int>(std::ceil(cell(criterion.upper))), first + 1)
                                  : 1;  // at least one cell after it
-  if (criterion.verdict == Verdict::pass) {
+  if (criterion.verdict == api::Verdict::pass) {
     last = std::min(last, limit);
     first = std::min(first, last - 1);
-  } else if (criterion.verdict == Verdict::fail) {
+  } else if (criterion.verdict == api::Verdict::fail) {
     first = std::max(first, limit);
     last = std::max(last, first + 1);
   } else if (criterion.lower <= criterion.limit && criterion.upper > criterion.limit) {
@@ -174,16 +174,13 @@ std::string line_of(const Row& row) {
   std::string line = std::string("| ") + icon_of(row) + " " + verdict + " | " + code(outcome.gate.name) + " | " +
                      in_prose(interval_of(outcome)) + " | " + in_prose(limit_of(outcome)) + " | ";
   if (!outcome.measured) return line + " |\n";
-  const auto criteria = criteria_of(*outcome.measured);
-  std::string bars;
-  for (const Criterion& criterion : criteria) {
-    if (!criterion.is_of_region()) bars += (bars.empty() ? "" : "<br>") + bar_of(criterion);
-  }
-  line += bars + " |\n";
-  for (const RegionWords& region : regions_of(outcome)) {
-    line += "| " + std::string(to_string(region.criterion.verdict)) + " | " + code(outcome.gate.name) + ": " +
-            code(region.name) + " | " + in_prose(region.interval) + " | " + in_prose(region.limit) + " | " +
-            bar_of(region.criterion) + " |\n";
+  line += bar_of(outcome.measured->foremost()) + " |\n";
+  const auto all = criteria_in_words(outcome);
+  if (all.size() < 2) return line;
+  for (const CriterionWords& one : all) {
+    line += "| " + std::string(to_string(one.criterion.verdict)) + " | " + code(outcome.gate.name) + ": " +
+            in_prose(one.name) + " | " + in_prose(one.interval) + " | " + in_prose(one.limit) + " | " +
+            bar_of(one.criterion) + " |\n";
   }
   return line;
 }

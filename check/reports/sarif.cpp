@@ -114,27 +114,16 @@ Json properties_of(const GateOutcome& outcome) {
   if (const auto notes = notes_of(outcome); !notes.empty()) properties["notes"] = notes;
   if (!outcome.measured) return properties;
   const Measured& measured = *outcome.measured;
-  if (measured.has_max_distance) properties["limit"] = finite_or_null(measured.limit);
+  if (const Criterion* distance = measured.find(Criterion::Of::distance)) properties["limit"] = distance->limit;
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
-  if (measured.uncertainty > 0) properties["uncertainty"] = measured.uncertainty;
-  for (const Criterion& region : measured.regions)
-    properties["regions"].push_back({{"name", shown_name(region.region)},
-                                     {"lower", finite_or_null(region.lower)},
-                                     {"upper", finite_or_null(region.upper)},
-                                     {"limit", finite_or_null(region.limit)},
-                                     {"verdict", to_string(region.verdict)}});
-  if (const auto& share = measured.share_beyond)
-    properties["shareBeyond"] = {{"distance", share->limit.distance},
-                                 {"lower", share->lower},
-                                 {"upper", share->upper},
-                                 {"limit", share->limit.share}};
-  if (const auto& zone = measured.zone) {
-    const auto side = [&](const ZoneReached::Side& found) {
-      if (!zone->refused.empty()) return Json{{"limit", found.limit}};
-      return Json{{"lower", found.lower}, {"upper", finite_or_null(found.upper)}, {"limit", found.limit}};
-    };
-    properties["zone"] = {{"inside", side(zone->inside)}, {"outside", side(zone->outside)}};
+  properties["foremost"] = shown_name(measured.foremost().name);
+  for (const Criterion& one : measured.criteria) {
+    Criterion shown = one;
+    for (std::string* text : {&shown.name, &shown.region, &shown.status, &shown.refused}) {
+      if (!text->empty()) *text = shown_name(*text);
+    }
+    properties["criteria"].push_back(api::json_of(shown, outcome.unit()));
   }
   properties["status"] = shown_name(measured.status);
   if (measured.witness) properties["witness"] = witness_json(*measured.witness);

@@ -98,60 +98,29 @@ std::string joined(const std::string& one, const std::string& other, const char*
   return one.empty() || other.empty() ? one + other : one + by + other;
 }
 
-// Joins what `say` returns for each limit of a measured gate.
-template <class Say>
-std::string of_each(const std::vector<Criterion>& criteria, const char* by, const Say& say) {
-  std::string text;
-  for (const Criterion& criterion : criteria) text = joined(text, say(criterion), by);
-  return text;
-}
-
-std::vector<Criterion> without_regions(const GateOutcome& outcome) {
-  std::vector<Criterion> criteria = criteria_of(*outcome.measured);
-  std::erase_if(criteria, [](const Criterion& c) { return c.is_of_region(); });
-  return criteria;
-}
-
 std::string interval_in_words(const GateOutcome& outcome, const Criterion& criterion) {
   const IntervalText figures = figures_of(criterion);
   const std::string unit = unit_of(outcome, criterion), side = side_of(criterion);
-  if (criterion.verdict == Verdict::fail && criterion.upper - criterion.lower > criterion.lower)
+  if (criterion.verdict == api::Verdict::fail && criterion.upper - criterion.lower > criterion.lower)
     return "at least " + with_unit(figures.lower, unit) + side;
-  if (!criterion.side.empty() && !std::isfinite(criterion.upper)) return "no sides";
+  if (!criterion.refused.empty()) return "no sides";
   return with_unit(figures.lower + " .. " + figures.upper, unit) + side;
 }
 
-std::string distance_finding(const GateOutcome& outcome, const Criterion& criterion) {
-  const auto& zone = outcome.measured->zone;
-  if (!criterion.side.empty() && !zone->refused.empty())
-    return "nothing is inside or outside of the baseline: " + shown_name(zone->refused);
-  const IntervalText figures = figures_of(criterion);
-  const std::string limit = limit_in_words(outcome, criterion);
-  const std::string range = std::isfinite(criterion.upper)
-                                ? "between " + figures.lower + " and " + with_unit(figures.upper, outcome.unit())
-                                : "at least " + with_unit(figures.lower, outcome.unit());
-  const std::string distance = "the " + shown_name(criterion.distance_name()) + " is ";
-  switch (criterion.verdict) {
-    case Verdict::pass:
-      return distance + "at most " + with_unit(figures.upper, outcome.unit()) + ", within the limit of " + limit;
-    case Verdict::fail:
-      return distance + "at least " + with_unit(figures.lower, outcome.unit()) + ", above the limit of " + limit;
-    default:
-      return distance + range + ": whether that is within the limit of " + limit + " is not known (" +
-             shown_name(criterion.status) + ")";
-  }
+std::string finding_of(const GateOutcome& outcome, const Criterion& criterion) {
+  return shown_name(api::finding_of(criterion, outcome.unit(), criterion.beyond ? "" : limit_in_words(outcome, criterion)));
 }
 
-std::string area_finding(const GateOutcome& outcome, const Criterion& criterion) {
-  const std::string limit = figures_of(criterion).limit, found = area_in_words(outcome, criterion);
-  if (criterion.verdict != Verdict::undecided) return found + "; at most " + limit + " % may be";
-  return found + ": whether at most " + limit + " % are is not known (" + shown_name(criterion.status) + ")";
-}
-
+// What is found of each limit, once where two find the same.
 std::string measured_in_words(const GateOutcome& outcome) {
   if (!outcome.measured) return shown_text(outcome.advice());
-  return of_each(criteria_of(*outcome.measured), "; ",
-                 [&](const auto& c) { return c.beyond ? area_finding(outcome, c) : distance_finding(outcome, c); });
+  std::string text, last;
+  for (const Criterion& criterion : outcome.measured->criteria) {
+    std::string finding = finding_of(outcome, criterion);
+    if (finding != last) text = joined(text, finding, "; ");
+    last = std::move(finding);
+  }
+  return text;
 }
 
 }  // namespace
@@ -164,18 +133,8 @@ std::string shown_name(std::string_view bytes) {
 
 std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 
-IntervalText figures_of(const Criterion& criterion) {
-  const double u = criterion.beyond ? 0 : criterion.uncertainty;
-  if (!(u > 0)) return to_text(criterion.lower, criterion.upper, criterion.limit);
-  const double end = criterion.verdict == Verdict::pass ? -u : criterion.verdict == Verdict::fail ? u : 0;
-  IntervalText text = to_text(criterion.lower, criterion.upper, criterion.limit + end);
-  text.limit = to_digits(criterion.limit, kDigits);
-  return text;
-}
-
 std::string limit_of(const GateOutcome& outcome) {
-  if (outcome.measured)
-    return of_each(without_regions(outcome), ", ", [&](const auto& c) { return limit_in_words(outcome, c); });
+  if (outcome.measured) return limit_in_words(outcome, outcome.measured->foremost());
   const auto& area = outcome.gate.area_limit;
   const std::string of_area =
       area ? to_digits(100 * area->share, kDigits) + " % beyond " + length_in_words(outcome, area->distance) : "";
@@ -188,8 +147,8 @@ std::string limit_of(const GateOutcome& outcome) {
 
 std::string interval_of(const GateOutcome& outcome) {
   if (!outcome.measured) return "";
-  return of_each(without_regions(outcome), ", ",
-                 [&](const auto& c) { return (c.region.empty() ? "" : "rest: ") + interval_in_words(outcome, c); });
+  const Criterion& foremost = outcome.measured->foremost();
+  return (foremost.region.empty() ? "" : shown_name(foremost.region) + ": ") + interval_in_words(outcome, foremost);
 }
 
 const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion) {
@@ -201,23 +160,12 @@ const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion) {
   return outcome.gate.limit;
 }
 
-std::vector<RegionWords> regions_of(const GateOutcome& outcome) {
-  std::vector<RegionWords> regions;
-  if (!outcome.measured) return regions;
-  for (const Criterion& c : outcome.measured->regions)
-    regions.push_back({shown_name(c.region), interval_in_words(outcome, c), limit_in_words(outcome, c), c});
-  return regions;
-}
-
-std::string area_in_words(const GateOutcome& outcome, const Criterion& criterion) {
-  const IntervalText figures = figures_of(criterion);
-  const std::string beyond = " of the area is farther than " +
-                             with_unit(to_digits(*criterion.beyond, kDigits), outcome.unit()) +
-                             uncertainty_of(outcome, criterion);
-  if (!(criterion.upper > 0)) return "none" + beyond;
-  if (!(criterion.lower > 0)) return "at most " + figures.upper + " %" + beyond;
-  if (!(criterion.upper < 100)) return "at least " + figures.lower + " %" + beyond;
-  return "between " + figures.lower + " and " + figures.upper + " %" + beyond;
+std::vector<CriterionWords> criteria_in_words(const GateOutcome& outcome) {
+  std::vector<CriterionWords> all;
+  if (!outcome.measured) return all;
+  for (const Criterion& c : outcome.measured->criteria)
+    all.push_back({shown_name(c.name), interval_in_words(outcome, c), limit_in_words(outcome, c), c});
+  return all;
 }
 
 std::string unmet_of(const GateOutcome& outcome) {

@@ -17,24 +17,21 @@ std::string shown_name(std::string_view bytes);
 std::string shown_text(
     std::string_view bytes);  // the same for sentences: line ends and tabs stay, and an empty text stays empty
 
-// Returns the numbers of a limit, each on its side of it; with an uncertainty, of what it leaves of pass and of fail.
-IntervalText figures_of(const Criterion& criterion);
-// Without those of regions. A gate with two limits gets both: "0.1 mm, 1 % beyond 0.05 mm" and "0.05 .. 0.06 mm, 0.2 ..
-// 0.27 %".
+using api::figures_of;
+
+// Of the foremost criterion; without a measurement the limits as the gate says them.
 std::string limit_of(const GateOutcome& outcome);  // "0.05 mm", "0.0173 (0.5 % of the baseline's diagonal)"
-// Returns "0.0968 .. 0.0977 mm"; "at least 0.0968 mm" for a fail whose upper bound says little, because it is more than
-// twice the lower one; empty without an interval.
+// Returns "0.0968 .. 0.0977 mm" of the foremost criterion, "bore: 0.0968 .. 0.0977 mm" of a region; "at least 0.0968 mm"
+// for a fail whose upper bound says little, because it is more than twice the lower one; empty without an interval.
 std::string interval_of(const GateOutcome& outcome);
 // The limit of a distance as the gate says it: of the region, or of the gate.
 const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion);
-// A line of a report for a region: its name, and as interval_of() and limit_of() say it.
-struct RegionWords {
+// A line of a report for a limit: its name, interval and limit as interval_of() and limit_of() say them.
+struct CriterionWords {
   std::string name, interval, limit;
   Criterion criterion;
 };
-std::vector<RegionWords> regions_of(const GateOutcome& outcome);  // empty: none, or not measured
-// Returns "between 0.2 and 0.27 % of the area is farther than 0.05 mm". Precondition: the limit is of the area.
-std::string area_in_words(const GateOutcome& outcome, const Criterion& criterion);
+std::vector<CriterionWords> criteria_in_words(const GateOutcome& outcome);  // of all limits; empty: not measured
 // Returns the finding: "the distance is at least 0.0968 mm, above the limit of 0.05 mm". Without a measurement: the
 // advice.
 std::string finding_of(const GateOutcome& outcome);

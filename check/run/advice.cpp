@@ -24,20 +24,13 @@ std::string longer_timeout(const Gate& gate) {
   return "more threads or a faster machine, since its timeout is the longest there is";
 }
 
-// A point on the side whose limit is exceeded; empty: there is none.
+// A point on the side whose limit is exceeded most; empty: it is of no side, or none is known.
 std::string for_side(const GateOutcome& outcome) {
-  for (const Criterion& criterion : criteria_of(*outcome.measured)) {
-    if (criterion.verdict != Verdict::fail) continue;
-    if (criterion.side.empty()) break;
-    const ZoneReached& zone = *outcome.measured->zone;
-    const ZoneReached::Side& side = criterion.side == "inside" ? zone.inside : zone.outside;
-    if (!side.at) break;
-    return "Look at " + with_unit(in_words(*side.at), outcome.unit()) + " on triangle " +
-           std::to_string(side.triangle) + " of the candidate: it is " +
-           with_unit(shortest(side.lower), outcome.unit()) + " or more " + std::string(criterion.side) +
-           " of the baseline.";
-  }
-  return "";
+  const Criterion& foremost = outcome.measured->foremost();
+  if (foremost.side.empty() || !foremost.at) return "";
+  return "Look at " + with_unit(in_words(foremost.at->point), outcome.unit()) + " on triangle " +
+         std::to_string(foremost.at->triangle) + " of the candidate: it is " +
+         with_unit(shortest(foremost.lower), outcome.unit()) + " or more " + foremost.side + " of the baseline.";
 }
 
 std::string for_fail(const GateOutcome& outcome) {
@@ -49,7 +42,7 @@ std::string for_fail(const GateOutcome& outcome) {
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   return "Look at " + with_unit(in_words(witness->from), unit) + " on " + measured.place_of_witness() + " of the " +
-         from + ": it is " + with_unit(shortest(measured.reached.value_or(measured.lower)), unit) +
+         from + ": it is " + with_unit(shortest(measured.reached), unit) +
          " or more from the " + to + ", nearest to " + with_unit(in_words(witness->to), unit) + " on triangle " +
          std::to_string(witness->to_triangle) + "." +
          (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
@@ -57,13 +50,13 @@ std::string for_fail(const GateOutcome& outcome) {
 
 // Returns the limits that the interval decides; empty: none.
 std::string deciding_limit(const GateOutcome& outcome, const Criterion& criterion) {
+  const Criterion shown = criterion.beyond ? api::in_percent(criterion) : criterion;
   const std::string unit = criterion.beyond ? "%" : outcome.unit();
   std::string text;
   const double u = criterion.beyond ? 0 : criterion.uncertainty;
-  if (std::isfinite(criterion.upper))
-    text = "of at least " + with_unit(shortest(criterion.upper + u), unit) + " (pass)";
-  if (criterion.lower > u)
-    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(criterion.lower - u), unit) + " (fail)";
+  if (std::isfinite(shown.upper)) text = "of at least " + with_unit(shortest(shown.upper + u), unit) + " (pass)";
+  if (shown.lower > u)
+    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(shown.lower - u), unit) + " (fail)";
   if (text.empty()) return "";
   return (criterion.beyond ? "a share " : "a limit ") + text;
 }
@@ -84,7 +77,7 @@ bool is_open_for_ever(const Criterion& criterion) {
 }
 
 std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion) {
-  if (!criterion.side.empty() && !outcome.measured->zone->refused.empty())
+  if (!criterion.refused.empty())
     return "Close the baseline and let its triangles face outwards, or leave the zone out.";
   if (criterion.status == "no_area") return "A mesh has no area: all its triangles are degenerate.";
   if (criterion.beyond && criterion.status == "precision_floor")
@@ -102,9 +95,12 @@ std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion
 }
 
 std::string for_undecided(const GateOutcome& outcome) {
-  std::string text;
-  for (const Criterion& criterion : criteria_of(*outcome.measured)) {
-    if (criterion.verdict == Verdict::undecided) text += (text.empty() ? "" : " ") + for_undecided(outcome, criterion);
+  std::string text, last;
+  for (const Criterion& criterion : outcome.measured->criteria) {
+    if (criterion.verdict != api::Verdict::undecided) continue;
+    std::string advice = for_undecided(outcome, criterion);
+    if (advice != last) text += (text.empty() ? "" : " ") + advice;
+    last = std::move(advice);
   }
   return text;
 }

@@ -20,32 +20,33 @@ Json or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Js
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
 // In `.limit`: the limit as measured or, without a measurement, as far as the manifest says it.
-Json json_of(const AreaLimit& area, const GateOutcome& outcome) {
-  const auto distance =
-      outcome.measured ? std::optional(outcome.measured->share_beyond->limit.distance) : area.distance.max_distance;
-  return {{"distance", or_null(distance)},
+Json json_of(const AreaLimit& area, const Criterion* found) {
+  return {{"distance", or_null(found ? found->beyond : area.distance.max_distance)},
           {"diagonal_share", or_null(area.distance.max_diagonal_share)},
           {"share", area.share}};
 }
 
-// [-inside, outside], as measured or as far as the manifest says it.
-Json json_of(const ZoneLimit& zone, const GateOutcome& outcome) {
-  if (outcome.measured) return {0 - outcome.measured->zone->inside.limit, outcome.measured->zone->outside.limit};
-  const auto& inside = zone.inside.max_distance;
-  return {inside ? Json(0 - *inside) : Json(nullptr), or_null(zone.outside.max_distance)};
-}
-
 Json limits_of(const GateOutcome& outcome) {
   const Gate& gate = outcome.gate;
-  const bool is_known = outcome.measured && outcome.measured->has_max_distance;
-  Json json{{"max_distance", is_known ? Json(outcome.measured->limit) : or_null(gate.limit.max_distance)},
+  const auto found = [&](Criterion::Of of, const char* side = "") {
+    return outcome.measured ? outcome.measured->find(of, "", side) : nullptr;
+  };
+  const auto length = [](const Criterion* criterion, const Limit& limit) {
+    return criterion ? Json(criterion->limit) : or_null(limit.max_distance);
+  };
+  using enum Criterion::Of;
+  Json json{{"max_distance", length(found(distance), gate.limit)},
             {"diagonal_share", or_null(gate.limit.max_diagonal_share)},
             {"units", or_null(outcome.unit())}};
   if (gate.uncertainty.is_given())
-    json["uncertainty"] =
-        outcome.measured ? Json(outcome.measured->uncertainty) : or_null(gate.uncertainty.max_distance);
-  if (gate.zone) json["zone"] = json_of(*gate.zone, outcome);
-  if (gate.area_limit) json["max_share_beyond"] = json_of(*gate.area_limit, outcome);
+    json["uncertainty"] = outcome.measured ? Json(outcome.measured->criteria.front().uncertainty)
+                                           : or_null(gate.uncertainty.max_distance);
+  if (gate.zone) {
+    const Json inside = length(found(distance, "inside"), gate.zone->inside);
+    json["zone"] = {inside.is_null() ? inside : Json(0 - inside.get<double>()),
+                    length(found(distance, "outside"), gate.zone->outside)};
+  }
+  if (gate.area_limit) json["max_share_beyond"] = json_of(*gate.area_limit, found(share));
   return json;
 }
 
@@ -68,17 +69,25 @@ Json distance(const std::optional<Measured>& measured) {
   return {{"lower", measured->lower}, {"upper", measured->upper}};
 }
 
-// Nothing for a gate without such a limit.
-void add_share(const std::optional<ShareBeyond>& share, Json& json) {
-  if (share) json["share_beyond"] = {{"lower", share->lower}, {"upper", share->upper}, {"limit", share->limit.share}};
-}
-
-void add_zone(const ZoneReached& zone, Json& json) {
-  const auto side = [&](const ZoneReached::Side& found) -> Json {
-    if (!zone.refused.empty()) return nullptr;
-    return {{"lower", found.lower}, {"upper", found.upper}, {"point", found.at ? json_of(*found.at) : Json(nullptr)}};
-  };
-  json["zone"] = {{"inside", side(zone.inside)}, {"outside", side(zone.outside)}, {"refused", or_null(zone.refused)}};
+// What was found of limits that not each gate has: of the area, of the zone, of the regions.
+void add(const Measured& measured, Json& json) {
+  for (const Criterion& c : measured.criteria) {
+    if (c.beyond) json["share_beyond"] = {{"lower", c.lower}, {"upper", c.upper}, {"limit", c.limit}};
+    if (!c.side.empty()) {
+      json["zone"]["refused"] = or_null(c.refused);
+      json["zone"][c.side] = nullptr;
+      if (c.refused.empty())
+        json["zone"][c.side] = {
+            {"lower", c.lower}, {"upper", c.upper}, {"point", c.at ? json_of(c.at->point) : Json(nullptr)}};
+    }
+    if (c.is_of_region())
+      json["regions"].push_back({{"name", c.region},
+                                 {"verdict", to_string(c.verdict)},
+                                 {"lower", c.lower},
+                                 {"upper", c.upper},
+                                 {"limit", c.limit},
+                                 {"status", c.status}});
+  }
 }
 
 Json json_of(const std::vector<PastRun>& runs) {
@@ -90,7 +99,8 @@ Json json_of(const std::vector<PastRun>& runs) {
                     {"upper", or_null(run.upper)},
                     {"limit", or_null(run.limit)},
                     {"unit", or_null(run.unit)}});
-    add_share(run.share_beyond, json.back());
+    if (const auto& share = run.share_beyond)
+      json.back()["share_beyond"] = {{"lower", share->lower}, {"upper", share->upper}, {"limit", share->limit}};
     if (run.inside && run.outside)
       json.back()["zone"] = {{"inside", json_of(*run.inside)}, {"outside", json_of(*run.outside)}};
     if (run.uncertainty > 0) json.back()["uncertainty"] = run.uncertainty;
@@ -99,16 +109,14 @@ Json json_of(const std::vector<PastRun>& runs) {
   return json;
 }
 
-Json regions_json(const Measured& measured) {
-  Json json = Json::array();
-  for (const Criterion& region : measured.regions)
-    json.push_back({{"name", region.region},
-                    {"verdict", to_string(region.verdict)},
-                    {"lower", region.lower},
-                    {"upper", region.upper},
-                    {"limit", region.limit},
-                    {"status", region.status}});
-  return json;
+Json criteria_json(const GateOutcome& outcome) {
+  Json all = Json::array();
+  if (!outcome.measured) return all;
+  for (const Criterion& criterion : outcome.measured->criteria)
+    all.push_back(api::json_of(criterion, outcome.unit()));
+  for (const Expectation& one : outcome.expectations)
+    all.push_back(api::json_of(api::criterion_of(one), outcome.unit()));
+  return all;
 }
 
 Json notes_json(const GateOutcome& outcome) {
@@ -138,6 +146,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"direction", api::name_of(api::kDirections, gate.options.direction)},
             {"limit", limits_of(outcome)},
             {"distance", distance(measured)},
+            {"criteria", criteria_json(outcome)},
             {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
             {"expectations", api::json_of(outcome.expectations)},
             {"notes", notes_json(outcome)},
@@ -150,9 +159,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"history", json_of(outcome.history)},
             {"link", measured ? or_null(measured->link) : Json(nullptr)},
             {"comparison", measured ? measured->document : Json(nullptr)}};
-  if (measured) add_share(measured->share_beyond, json);
-  if (measured && !measured->regions.empty()) json["regions"] = regions_json(*measured);
-  if (measured && measured->zone) add_zone(*measured->zone, json);
+  if (measured) add(*measured, json);
   return json;
 }
 

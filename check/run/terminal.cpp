@@ -64,17 +64,19 @@ std::string verdict_text(const GateOutcome& outcome, Undecided rule) {
 struct Line {
   std::string verdict, name, interval, limit, time, advice;
   std::vector<std::string> notes;
-  std::vector<std::string> regions;
+  std::vector<std::string> criteria;
   std::string unmet;
   const char* colour;
 };
 
-// "bore: 0.0101 .. 0.0103 mm, at most 0.02 mm: pass".
-std::vector<std::string> region_lines(const GateOutcome& outcome) {
+// "fail  distance in bore: 0.0201 .. 0.0203 mm, at most 0.02 mm"; none for a gate of one limit, whose row says it.
+std::vector<std::string> criterion_lines(const GateOutcome& outcome) {
   std::vector<std::string> lines;
-  for (const RegionWords& region : regions_of(outcome))
-    lines.push_back(region.name + ": " + region.interval + ", at most " + region.limit + ": " +
-                    std::string(to_string(region.criterion.verdict)));
+  const auto all = criteria_in_words(outcome);
+  if (all.size() < 2) return lines;
+  for (const CriterionWords& one : all)
+    lines.push_back(padded(std::string(to_string(one.criterion.verdict)), std::string_view("undecided").size()) + "  " +
+                    one.name + ": " + one.interval + ", at most " + one.limit);
   return lines;
 }
 
@@ -86,7 +88,7 @@ Line shown_line(const GateOutcome& outcome, Undecided rule) {
           time_text(outcome.wall_ms),
           outcome.advice().empty() ? "" : shown_name(outcome.advice()),
           notes_of(outcome),
-          region_lines(outcome),
+          criterion_lines(outcome),
           unmet_of(outcome),
           colour_of(outcome.verdict(), outcome.level(rule))};
 }
@@ -107,7 +109,7 @@ std::string line_of(const Line& row, const Line& widest, bool colour) {
   std::string line = coloured(padded(row.verdict, widest.verdict.size()), row.colour, colour) + "  " +
                      padded(row.name, width_of(widest.name)) + "  " + padded(row.interval, widest.interval.size()) +
                      "  " + padded(row.limit, width_of(widest.limit)) + "  " + row.time + "\n";
-  for (const std::string& region : row.regions) line += "    " + region + "\n";
+  for (const std::string& criterion : row.criteria) line += "    " + criterion + "\n";
   if (!row.unmet.empty()) line += "    " + row.unmet + "\n";
   if (!row.advice.empty()) line += "    " + row.advice + "\n";
   for (const std::string& note : row.notes) line += "    note: " + note + "\n";

@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import pathlib
 import re
@@ -190,27 +189,16 @@ def _as_file(source: _meshes.Source, folder: str, name: str) -> str:
 
 def _in_words(result: Result, report: str) -> str:
     unit = f" {result.unit}" if result.unit else ""
-    limit = result.document["gate"].get("max_distance")
-    of_limit = result.regions.get("rest", result.document)["distance"]
-    lower, upper = of_limit["lower"], math.inf if of_limit["upper"] is None else of_limit["upper"]
-    said = "the distance of the meshes"
-    if limit is not None:  # another limit may be the one that is exceeded
-        said = "may differ by more than" if lower <= limit else "differ by more than"
-        said = f"the meshes {'are within' if upper <= limit else said} the limit of {limit:.9g}{unit}: the distance"
-    lines = [f"{said} is in [{lower:.9g}, {upper:.9g}]{unit} ({result.status})"]
-    for name, region in result.regions.items():
-        if name != "rest":
-            between = region["distance"]
-            lines.append(f"in {name} it is in [{between['lower']!r}, {between['upper']!r}]{unit}: {region['verdict']}")
-    found = result.document.get("share_beyond")
-    if found:
-        lines.append(f"the share of the area beyond {found['distance']:.9g}{unit} is in [{found['share']['lower']:.9g}, "
-                     f"{found['share']['upper']:.9g}]: {found['verdict']}")
-    witness = result.witness
+    criteria = sorted(result.criteria, key=lambda one: one["name"] != result.document["foremost"])
+    lines = [f"{one['verdict']}: {one['finding']}" for one in criteria]
+    witness = criteria[0].get("witness")
     if witness:
-        names = {"a": ("actual", "expected"), "b": ("expected", "actual")}[witness.on]
-        lines.append(f"look at {_point(witness.point)}{unit} on triangle {witness.triangle} of {names[0]}: the nearest "
-                     f"point of {names[1]} is {_point(witness.nearest)}{unit} on triangle {witness.nearest_triangle}")
+        names = {"a": ("actual", "expected"), "b": ("expected", "actual")}[witness["on"]]
+        found = f"look at {_point(witness['point'])}{unit} on triangle {witness['triangle']} of {names[0]}"
+        if witness["nearest_point"]:
+            found += (f": the nearest point of {names[1]} is {_point(witness['nearest_point'])}{unit} on triangle "
+                      f"{witness['nearest_triangle']}")
+        lines.append(found)
     lines += [f"note: {note}" for note in result.notes]
     return "\n".join([*lines, f"report: {report}"])
 

@@ -120,6 +120,13 @@ class Result:
         return {region["name"]: region for region in self._document.get("regions", [])}
 
     @property
+    def criteria(self) -> list[dict[str, Any]]:
+        """Each limit, then each expectation: a dict with "name", "limit", "lower", "upper", "verdict", "finding", ... as in
+        the HTTP API (docs/api.md). `verdict` is the worst of them. Empty without a limit and without expect.
+        """
+        return list(self._document["criteria"])
+
+    @property
     def notes(self) -> list[str]:
         """Sentences on what was assumed, converted or left out: of the pair, then of each mesh."""
         meshes = self._document["meshes"]

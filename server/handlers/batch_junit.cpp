@@ -2,11 +2,12 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "api/criteria.h"
 #include "api/decimal.h"
-#include "api/gate.h"
 #include "api/junit.h"
 #include "api/result_document.h"
 #include "server/handlers/batch_document.h"
@@ -39,45 +40,24 @@ std::string detail_of(const store::Job& job) {
   return problem.is_object() ? problem.value("detail", std::string("the comparison failed")) : "the comparison failed";
 }
 
-// "; share of the area beyond 0.05 mm in [0.002, 0.003], limit 0.01"; empty without such a limit.
-std::string found_of_area(const Json& document, const std::string& units) {
-  const auto found = document.find("share_beyond");
-  if (found == document.end()) return "";
-  const auto& limit = document["gate"]["max_share_beyond"];
-  return "; share of the area beyond " + shortest(limit["distance"]) + units + " in [" +
-         shortest((*found)["share"]["lower"]) + ", " + shortest((*found)["share"]["upper"]) + "], limit " +
-         shortest(limit["share"]);
-}
-
-// "; bore in [0.01, 0.02] mm, limit 0.02 mm: pass" for each region and the rest.
-std::string found_of_regions(const Json& document, const std::string& units) {
-  std::string text;
-  if (!document.contains("regions")) return text;
-  for (const auto& region : document["regions"]) {
-    const auto& distance = region["distance"];
-    text += "; " + region["name"].get<std::string>() + " in [" + shortest(distance["lower"]) + ", " +
-            shortest(api::upper_of(distance)) + "]" + units;
-    if (region.contains("max_distance"))
-      text += ", limit " + shortest(region["max_distance"]) + units + ": " + region["verdict"].get<std::string>();
+// "fail: the distance in bore is at least 0.03 mm, above the limit of 0.02 mm; pass: ...", the foremost first. Empty:
+// the result has no criteria, or was made by an earlier version.
+std::string found_of_criteria(const Json& document) {
+  std::vector<api::Criterion> criteria;
+  std::vector<std::string> findings;
+  for (const Json& json : document.value("criteria", Json::array())) {
+    auto criterion = api::read_criterion(json);
+    if (!criterion) continue;
+    findings.push_back(std::string(to_string(criterion->verdict)) + ": " + json.value("finding", std::string()));
+    criteria.push_back(*std::move(criterion));
+  }
+  if (criteria.empty()) return "";
+  const auto first = static_cast<std::size_t>(&api::foremost(criteria) - criteria.data());
+  std::string text = findings[first];
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (i != first) text += "; " + findings[i];
   }
   return text;
-}
-
-// "; inside in [0.01, 0.02] mm, limit 0.05 mm: pass; outside in [0.2, 0.3] mm, limit 0.1 mm: fail", or why there are no
-// sides; empty without a zone.
-std::string found_of_zone(const Json& document, const std::string& units) {
-  if (!document.contains("sides") || !document["gate"].is_object() || !document["gate"].contains("zone")) return "";
-  const auto& sides = document["sides"];
-  if (!sides["refused"].is_null()) return "; no sides: " + sides["refused"]["detail"].get<std::string>();
-  const double uncertainty = document["gate"].value("uncertainty", 0.0);
-  const auto side = [&](const char* name, double limit) {
-    const double lower = sides[name]["lower"], upper = api::upper_of(sides[name]);
-    const auto verdict = to_string(api::verdict_within(lower, upper, limit, uncertainty));
-    return std::string("; ") + name + " in [" + shortest(lower) + ", " + shortest(upper) + "]" + units + ", limit " +
-           shortest(limit) + units + ": " + std::string(verdict);
-  };
-  const auto& zone = document["gate"]["zone"];
-  return side("inside", -zone[0].get<double>()) + side("outside", zone[1].get<double>());
 }
 
 // "; a was moved before, no point farther than 5.2 mm"; empty: it was not.
@@ -87,25 +67,17 @@ std::string found_of_alignment(const Json& document, const std::string& units) {
   return "; a was moved before, no point farther than " + shortest((*found)["largest_displacement"]) + units;
 }
 
-// "; watertight: no: 4 open edges, ..., expected yes: fail" for each expectation; empty without.
-std::string found_of_expectations(const Json& document) {
-  std::string text;
-  if (!document.contains("expectations")) return text;
-  for (const auto& one : document["expectations"])
-    text += "; " + one["name"].get<std::string>() + ": " + one["found"].get<std::string>() + ", expected " +
-            one["expected"].get<std::string>() + ": " + one["verdict"].get<std::string>();
-  return text;
-}
-
 std::string found(const store::Job& job) {
   const auto facts = facts_of(job);
   if (!facts) return detail_of(job);
   const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
-  std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
-  if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
   const auto document = Json::parse(job.document, nullptr, false);
-  return text + found_of_zone(document, units) + found_of_area(document, units) + found_of_regions(document, units) +
-         found_of_expectations(document) + found_of_alignment(document, units);
+  std::string text = found_of_criteria(document);
+  if (text.empty()) {
+    text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
+    if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
+  }
+  return text + found_of_alignment(document, units);
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {

@@ -6,6 +6,7 @@
 
 #include "api/gate.h"
 #include "api/problem.h"
+#include "api/criteria.h"
 #include "api/response.h"
 #include "server/heap.h"
 #include "server/jobs/job_document.h"
@@ -30,7 +31,7 @@ double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point e
 }
 
 std::string verdict_of(const api::Comparison& comparison) {
-  const auto found = api::verdict(comparison);
+  const auto found = api::worst(api::criteria_of(comparison));
   return found ? std::string(api::to_string(*found)) : std::string();
 }
 

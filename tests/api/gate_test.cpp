@@ -1,5 +1,7 @@
 #include "api/gate.h"
 
+#include "api/criteria.h"
+
 #include <doctest/doctest.h>
 
 using namespace meshgauge;
@@ -12,7 +14,7 @@ api::Verdict judge(double lower, double upper, double limit) {
   outcome.upper = upper;
   api::ComparisonOptions options;
   options.max_distance = limit;
-  return api::verdict(outcome, options).value();
+  return api::worst(api::criteria_of(outcome, options)).value();
 }
 
 }  // namespace
@@ -26,7 +28,7 @@ TEST_CASE("gate: the interval decides") {
   CHECK(judge(0, 0, 0) == api::Verdict::pass);
 }
 
-TEST_CASE("gate: no gate, no verdict") { CHECK(!api::verdict(Outcome{}, {})); }
+TEST_CASE("gate: no gate, no verdict") { CHECK(!api::worst(api::criteria_of(Outcome{}, {}))); }
 
 namespace {
 
@@ -46,7 +48,7 @@ TEST_CASE("gate: the share of the direction where it is largest") {
   options.max_share_beyond = {1, 0.5};
   const auto judge = [&](const AreaInterval& a, const std::optional<AreaInterval>& b = std::nullopt) {
     options.direction = b ? Direction::symmetric : Direction::a_to_b;
-    return api::verdict(with_shares(a, b), options).value();
+    return api::worst(api::criteria_of(with_shares(a, b), options)).value();
   };
   CHECK(judge({0, 0.5}) == api::Verdict::pass);
   CHECK(judge({0, 0.5}, AreaInterval{0.2, 0.4}) == api::Verdict::pass);
@@ -61,15 +63,15 @@ TEST_CASE("gate: the share of the direction where it is largest") {
 TEST_CASE("gate: a share that is not known is undecided") {
   api::ComparisonOptions options;
   options.max_share_beyond = {1, 0.5};
-  CHECK(api::verdict(Outcome{}, options) == api::Verdict::undecided);
+  CHECK(api::worst(api::criteria_of(Outcome{}, options)) == api::Verdict::undecided);
   CHECK(api::share_beyond(Outcome{}, options)->lower == 0);
   CHECK(api::share_beyond(Outcome{}, options)->upper == 1);
-  CHECK(api::verdict(with_shares({0, 0.1}, std::nullopt), options) == api::Verdict::undecided);
-  CHECK(api::verdict(with_shares({0.6, 0.7}, std::nullopt), options) == api::Verdict::fail);
+  CHECK(api::worst(api::criteria_of(with_shares({0, 0.1}, std::nullopt), options)) == api::Verdict::undecided);
+  CHECK(api::worst(api::criteria_of(with_shares({0.6, 0.7}, std::nullopt), options)) == api::Verdict::fail);
   options.direction = Direction::b_to_a;
-  CHECK(api::verdict(with_shares({0, 0.1}, std::nullopt), options) == api::Verdict::undecided);
+  CHECK(api::worst(api::criteria_of(with_shares({0, 0.1}, std::nullopt), options)) == api::Verdict::undecided);
   options.direction = Direction::a_to_b;
-  CHECK(api::verdict(with_shares({0, 0.1}, std::nullopt), options) == api::Verdict::pass);
+  CHECK(api::worst(api::criteria_of(with_shares({0, 0.1}, std::nullopt), options)) == api::Verdict::pass);
 }
 
 TEST_CASE("gate: its question stands behind those of the request") {
@@ -88,12 +90,12 @@ TEST_CASE("gate: a zone passes when both sides do, and is undecided without side
   Outcome outcome;
   api::ComparisonOptions options;
   options.zone = {1, 2};
-  CHECK(api::verdict(outcome, options) == api::Verdict::undecided);
+  CHECK(api::worst(api::criteria_of(outcome, options)) == api::Verdict::undecided);
   const auto judge = [&](std::pair<double, double> inside, std::pair<double, double> outside) {
     SideOutcome& sides = outcome.sides.emplace();
     sides.inside.lower = inside.first, sides.inside.upper = inside.second;
     sides.outside.lower = outside.first, sides.outside.upper = outside.second;
-    return api::verdict(outcome, options).value();
+    return api::worst(api::criteria_of(outcome, options)).value();
   };
   CHECK(judge({0, 1}, {1.5, 2}) == api::Verdict::pass);
   CHECK(judge({0, 1.1}, {1.5, 2}) == api::Verdict::undecided);
@@ -105,7 +107,7 @@ TEST_CASE("gate: a zone passes when both sides do, and is undecided without side
   CHECK(judge({1.2, 1.5}, {1, 1.5}) == api::Verdict::undecided);
   CHECK(judge({1.6, 1.7}, {1, 1.5}) == api::Verdict::fail);
   outcome.sides->refused = NoSides{};
-  CHECK(api::verdict(outcome, options) == api::Verdict::undecided);
+  CHECK(api::worst(api::criteria_of(outcome, options)) == api::Verdict::undecided);
   CHECK(api::check_uncertainty(options, "u").ok());
   options.uncertainty = 1.5;
   CHECK(!api::check_uncertainty(options, "u").ok());
@@ -123,7 +125,7 @@ TEST_CASE("gate: an uncertainty narrows pass and fail") {
   const auto judge = [&](double lower, double upper) {
     outcome.lower = lower;
     outcome.upper = upper;
-    return api::verdict(outcome, options).value();
+    return api::worst(api::criteria_of(outcome, options)).value();
   };
   CHECK(judge(1, 1.5) == api::Verdict::pass);
   CHECK(judge(1, 1.6) == api::Verdict::undecided);
@@ -146,7 +148,7 @@ TEST_CASE("gate: an uncertainty moves the distance of the area both ways") {
   const auto judge = [&](const AreaInterval& nearer, const AreaInterval& farther) {
     Outcome outcome;
     outcome.areas.emplace().a_to_b.emplace().beyond = {nearer, farther};
-    return api::verdict(outcome, options).value();
+    return api::worst(api::criteria_of(outcome, options)).value();
   };
   CHECK(judge({0.3, 0.5}, {0, 0.5}) == api::Verdict::pass);
   CHECK(judge({0.51, 0.6}, {0.4, 0.5}) == api::Verdict::undecided);
@@ -165,7 +167,7 @@ TEST_CASE("gate: each region is held to its limit, the rest to that of the gate"
       region.lower = region.upper = upper;
       outcome.lower = outcome.upper = std::max(outcome.upper, upper);
     }
-    return api::verdict(outcome, options).value();
+    return api::worst(api::criteria_of(outcome, options)).value();
   };
   CHECK(judge(0.75, 1.75, 1.75) == api::Verdict::pass);
   CHECK(judge(1, 1.75, 1.75) == api::Verdict::undecided);

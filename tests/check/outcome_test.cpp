@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 #include "api/formats/unread.h"
+#include "check/criteria.h"
 #include "check/reports/wording.h"
 
 using namespace meshgauge;
@@ -13,9 +14,20 @@ using namespace meshgauge::check;
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
+// A criterion of a document, with the members of `found` in place of its own.
+Json criterion(const Criterion& asked, const Json& found) {
+  Json json = api::json_of(asked, "");
+  if (found.is_object()) json.update(found);
+  return json;
+}
+
+// At most 0.5; `distance` is the interval of the document and of its criterion.
 Result<Measured> measured(const std::string& distance) {
-  const std::string text = R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":)" + distance + "}";
-  return measured_from(nlohmann::ordered_json::parse(text), {0.5, {}});
+  Json document = Json::parse(R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":)" + distance + "}");
+  document["criteria"] = {criterion(check::distance(0, 0, 0.5), document["distance"])};
+  return measured_from(document, {0.5, {}});
 }
 
 }  // namespace
@@ -45,12 +57,13 @@ TEST_CASE("outcome: a document without a valid interval is an Error") {
 
 namespace {
 
-// `share`: the member share_beyond's, or empty. At most 1 % beyond 0.1.
-Result<Measured> with_area(const std::string& share, std::optional<double> max_distance = std::nullopt) {
-  const std::string text = R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.25,"upper":0.5},)"
-                           R"("areas":{"a_to_b":{"status":"complete"},"b_to_a":{"status":"timeout"}})" +
-                           (share.empty() ? "" : R"(,"share_beyond":{"share":)" + share + "}") + "}";
-  return measured_from(nlohmann::ordered_json::parse(text), {max_distance, api::ShareLimit{0.1, 0.01}});
+// `found`: the members of the share. At most 1 % beyond 0.1.
+Result<Measured> with_area(const std::string& found, std::optional<double> max_distance = std::nullopt) {
+  Json document = Json::parse(
+      R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.25,"upper":0.5},"criteria":[]})");
+  if (max_distance) document["criteria"].push_back(api::json_of(distance(0.25, 0.5, *max_distance), ""));
+  if (!found.empty()) document["criteria"].push_back(criterion(share(0.1, 0.01, 0, 1, "timeout"), Json::parse(found)));
+  return measured_from(document, {max_distance, api::ShareLimit{0.1, 0.01}});
 }
 
 }  // namespace
@@ -67,35 +80,46 @@ TEST_CASE("outcome: a limit of the area decides alone, or with the distance") {
   CHECK(with_area(open, 0.5)->verdict == Verdict::undecided);
   CHECK(with_area(open, 0.1)->verdict == Verdict::fail);
   CHECK(with_area(fail, 0.3)->verdict == Verdict::fail);
-  const auto criteria = criteria_of(*with_area(open, 0.5));
+  const auto criteria = with_area(open, 0.5)->criteria;
   REQUIRE(criteria.size() == 2);
   CHECK(criteria[1].beyond == 0.1);
-  CHECK(criteria[1].limit == 1);
-  CHECK(criteria[1].upper == doctest::Approx(3));
+  CHECK(criteria[1].limit == 0.01);
+  CHECK(criteria[1].upper == 0.03);
   CHECK(criteria[1].status == "timeout");
-  CHECK(foremost(*with_area(open, 0.5)).beyond == 0.1);
-  CHECK(!foremost(*with_area(open, 0.1)).beyond);
+  CHECK(with_area(open, 0.5)->foremost().beyond == 0.1);
+  CHECK(!with_area(open, 0.1)->foremost().beyond);
 }
 
 TEST_CASE("outcome: a share that a service may invent is refused") {
   for (const char* share :
-       {"", "null", R"({"lower":0})", R"({"lower":-0.5,"upper":0})", R"({"lower":0.5,"upper":0.25})",
+       {"", R"({"lower":-0.5,"upper":0})", R"({"lower":0.5,"upper":0.25})",
         R"({"lower":0,"upper":1.5})", R"({"lower":"0","upper":1})", R"({"lower":null,"upper":1})"}) {
     CAPTURE(share);
     const auto refused = with_area(share);
     REQUIRE_FALSE(refused.ok());
-    CHECK(refused.error().message.find("share of the area") != std::string::npos);
+    CHECK(refused.error().message.find("criterion 1 is not the share beyond") != std::string::npos);
   }
 }
 
 namespace {
 
+// At most 1 inside and 2 outside; the sides with the members of `inside` and `outside`.
 Result<Measured> in_zone(const std::string& refused, const std::string& inside, const std::string& outside) {
-  const std::string text = R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":3},)"
-                           R"("gate":{"max_distance":null,"zone":[-1,2]},)"
-                           R"("sides":{"status":"complete","refused":)" +
-                           refused + R"(,"inside":)" + inside + R"(,"outside":)" + outside + "}}";
-  return measured_from(nlohmann::ordered_json::parse(text), {{}, {}, SideOptions::Zone{1, 2}});
+  Json document = Json::parse(
+      R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":3},)"
+      R"("gate":{"max_distance":null,"zone":[-1,2]},"sides":{"status":"complete","refused":)" +
+      refused + R"(,"inside":)" + inside + R"(,"outside":)" + outside + "}}");
+  for (const auto& [side, limit] : {std::pair("inside", 1.0), std::pair("outside", 2.0)}) {
+    Json found = document["sides"][side];
+    if (const Json& why = document["sides"]["refused"]; !why.is_null()) found = {{"refused", why["detail"]}};
+    if (found.is_object() && found.contains("point_a"))
+      found["witness"] = {{"on", "a"}, {"point", found["point_a"]}, {"triangle", found["triangle_a"]},
+                          {"nearest_point", nullptr}, {"nearest_triangle", nullptr}};
+    const double unknown = std::numeric_limits<double>::infinity();
+    Criterion asked = on_side(side, distance(0, unknown, limit, "complete"));
+    document["criteria"].push_back(found.is_object() || found.is_null() ? criterion(asked, found) : found);
+  }
+  return measured_from(document, {{}, {}, SideOptions::Zone{1, 2}});
 }
 
 std::string side(double lower, double upper) {
@@ -110,11 +134,11 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
   CHECK(in_zone("null", side(0, 1.5), side(1, 2))->verdict == Verdict::undecided);
   const auto fail = in_zone("null", side(1.5, 2), side(1, 2));
   CHECK(fail->verdict == Verdict::fail);
-  const auto criteria = criteria_of(*fail);
+  const auto& criteria = fail->criteria;
   REQUIRE(criteria.size() == 2);
   CHECK(criteria[0].side == "inside");
   CHECK(criteria[1].side == "outside");
-  CHECK(foremost(*fail).side == "inside");
+  CHECK(fail->foremost().side == "inside");
   CHECK(fail->shown.side == "inside");
   CHECK(fail->shown.limit == 1);
   CHECK(in_zone("null", side(0, 1), side(1, 2))->shown.limit == 2);
@@ -125,8 +149,8 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
   outcome.measured = *fail;
   CHECK(outcome.advice() ==
         "Look at (1, 2, 3) on triangle 7 of the candidate: it is 1.5 or more inside of the baseline.");
-  CHECK(limit_of(outcome) == "1 inside, 2 outside");
-  CHECK(interval_of(outcome) == "1.5 .. 2 inside, 1 .. 2 outside");
+  CHECK(limit_of(outcome) == "1 inside");
+  CHECK(interval_of(outcome) == "1.5 .. 2 inside");
   CHECK(
       finding_of(outcome) ==
       "the distance inside is at least 1.5, above the limit of 1 inside; the distance outside is at most 2, within the "
@@ -142,9 +166,54 @@ TEST_CASE("outcome: nothing is known of a zone whose baseline has no sides, whic
   outcome.gate.warn_only = true;
   outcome.measured = *open;
   CHECK(outcome.level(Undecided::warn) == Level::failure);
-  CHECK(finding_of(outcome) == "nothing is inside or outside of the baseline: the baseline is open");
+  CHECK(finding_of(outcome) == "nothing is inside or outside: the baseline is open");
   CHECK(!in_zone("null", "1", side(1, 2)).ok());
   CHECK(!in_zone("null", side(2, 1), side(1, 2)).ok());
+}
+
+TEST_CASE("outcome: a document with other criteria than were asked for is refused") {
+  Json document = Json::parse(
+      R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.1,"upper":0.2},"criteria":[]})");
+  const auto refused = [&](const std::optional<Criterion>& found) {
+    document["criteria"] = Json::array();
+    if (found) document["criteria"].push_back(api::json_of(*found, ""));
+    return !measured_from(document, {0.5, {}}).ok();
+  };
+  CHECK(!refused(distance(0.1, 0.2, 0.5)));
+  CHECK(refused({}));
+  CHECK(refused(distance(0.1, 0.2, 0.6)));
+  CHECK(refused(share(0.5, 0.5, 0.1, 0.2)));
+  CHECK(refused(on_side("inside", distance(0.1, 0.2, 0.5))));
+  CHECK(refused(in_region("bore", distance(0.1, 0.2, 0.5))));
+  document.erase("criteria");
+  CHECK(measured_from(document, {0.5, {}}).error().message.find("update the service") != std::string::npos);
+}
+
+TEST_CASE("outcome: the region that fails is the foremost, and its point is the witness") {
+  Json document = Json::parse(
+      R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.1,"upper":0.2},"regions":[
+      {"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.1,"upper":0.2}},
+      {"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":1e-8}}]})");
+  Criterion bore = in_region("bore", distance(0.1, 0.2, 0.05));
+  bore.at = Criterion::Place{false, {1, 2, 3}, 7, Vec3(1, 2, 4), 9};
+  document["criteria"] = {api::json_of(in_region("rest", distance(0, 1e-8, 0.5)), ""), api::json_of(bore, "")};
+  Region region;
+  region.name = "bore";
+  region.max_distance = 0.05;
+  Limits limits{0.5, {}};
+  limits.regions = {region};
+  const auto found = measured_from(document, limits);
+  REQUIRE(found.ok());
+  CHECK(found->verdict == Verdict::fail);
+  CHECK(found->lower == 0);
+  CHECK(found->foremost().name == "distance in bore");
+  CHECK(found->reached == 0.1);
+  REQUIRE(found->witness);
+  CHECK_FALSE(found->witness->on_candidate);
+  CHECK(found->witness->to_triangle == 9);
+  GateOutcome outcome;
+  outcome.measured = *found;
+  CHECK(interval_of(outcome) == "bore: 0.1 .. 0.2");
 }
 
 TEST_CASE("outcome: what was not read of a mesh is a note of the gate, its other notes are not") {

@@ -127,7 +127,7 @@ class Done(ServerCase):
         self.assertEqual(len(cases[0]), 0)
         failure = cases[2].find("failure")
         self.assertEqual(failure.get("type"), "fail")
-        self.assertIn("limit 2.5 mm", failure.get("message"))
+        self.assertIn("above the limit of 2.5 mm", failure.get("message"))
 
     def test_without_a_gate_or_a_name(self):
         flat = put(self.server, SQUARE)

@@ -65,9 +65,16 @@ class Cli(unittest.TestCase):
 
     def test_table_for_people(self):
         result = self.run_cli("compare", self.a, self.b, "--max-distance", "0.5")
-        self.assertEqual(result.returncode, 0)
-        for line in ("distance", "verdict   fail", "a to b", "witness", "mesh a", "engine    auto, ", "time"):
+        for line in ("distance", "verdict   fail\n  fail      the distance is at least 1.999, above the limit of 0.5\n", "a to b", "witness", "mesh a", "engine    auto, ", "time"):
             self.assertIn(line, result.stdout)
+
+    def test_the_exit_code_is_that_of_check(self):
+        for limit, code in (("2.5", 0), ("0.5", 1)):
+            self.assertEqual(self.run_cli("compare", self.a, self.b, "--max-distance", limit).returncode, code)
+        hard = ("compare", self.file("fine.obj", wavy_grid(30, 0.1)), self.file("coarse.obj", wavy_grid(23, 0.103)), "--json")
+        between = json.loads(self.run_cli(*hard, "--relative", "1e-6").stdout)["distance"]["lower"]
+        self.assertEqual(self.run_cli(*hard, "--max-distance", repr(between), "--work-items", "1").returncode, 2)
+        self.assertEqual(self.run_cli(*hard, "--max-distance", "nothing").returncode, 3)
 
     def test_the_table_tells_what_was_done_to_a_mesh(self):
         table = self.run_cli("compare", self.file("square.stl", SQUARE + b"f 1 2 3 4\nl 1 2\nf 1 1 1\n"), self.b).stdout

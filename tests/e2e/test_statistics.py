@@ -237,7 +237,8 @@ class LimitsOfTheSides(ServerCase):
         path = accepted(submit(self.server, pairs(ids, options={"gate": {"zone": [-0.3, 0.2]}, "expect": {"watertight": False}})))
         ended(self.server, path)
         self.assertRegex(self.server.get(path + "/junit.xml").body.decode(),
-                         r"inside in \[\S+, \S+\], limit 0\.3: pass; outside in \[\S+, \S+\], limit 0\.2: fail; watertight: yes, expected no: fail")
+                         r"fail: the distance outside is at least \S+, above the limit of 0\.2; pass: the distance inside is at most \S+, within the "
+                         r"limit of 0\.3; fail: watertight: yes, expected no")
 
     def test_sides_without_a_gate(self):
         result = self.server.compare(a=MOVED_CUBE, b=CUBE, options={"sides": {"length_tolerance": 0.001}}).json()
@@ -352,9 +353,9 @@ class Cli(unittest.TestCase):
         self.assertEqual([json.loads(found.stdout)[member] for member in ("expect", "expectations")], [sent["expect"], sent["expectations"]])
         self.assertEqual(sent["expect"], {"watertight": True, "triangles": {"min": 1}, "volume": {"within": 0.01}})
         self.assertEqual([one["name"] for one in sent["expectations"]], ["watertight", "triangles", "volume.within"])
-        self.assertEqual((sent["verdict"], sent["gate"], found.returncode), ("fail", None, 0))
+        self.assertEqual((sent["verdict"], sent["gate"], found.returncode), ("fail", None, 1))
         validate(sent, "Comparison")
-        self.assertIn("expected  watertight: no: ", self.run_cli("--expect", "{watertight: true}").stdout)
+        self.assertIn("  fail      watertight: no: ", self.run_cli("--expect", "{watertight: true}").stdout)
 
     def test_a_limit_of_the_area(self):
         flags = ("--max-share-beyond", "0.5 mm: 1 %")
@@ -362,8 +363,8 @@ class Cli(unittest.TestCase):
         validate(document, "Comparison")
         self.assertEqual(document["verdict"], "pass")
         self.assertEqual(document["share_beyond"]["share"], {"lower": 0, "upper": 0})
-        self.assertIn("pass (at most 1 % of the area beyond 0.5 mm)", self.run_cli(*flags).stdout)
-        self.assertIn("pass (at most 1 mm, 1 % of the area beyond 0.5 mm)", self.run_cli(*flags, "--max-distance", "1 mm").stdout)
+        self.assertIn("verdict   pass\n  pass      ", self.run_cli(*flags).stdout)
+        self.assertIn("within the limit of 1 mm\n  pass      ", self.run_cli(*flags, "--max-distance", "1 mm").stdout)
 
     def test_the_table(self):
         table = self.run_cli("--statistics").stdout

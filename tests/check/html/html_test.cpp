@@ -9,6 +9,7 @@
 #include "check/html/diagrams.h"
 #include "check/html/html_gate.h"
 #include "check/html/markup.h"
+#include "check/criteria.h"
 #include "check/reports/sample_reports.h"
 
 using namespace meshgauge;
@@ -31,10 +32,6 @@ std::string between(const std::string& text, const std::string& before, const st
 }
 
 GatePicture missing(const std::string& why) { return {{}, why}; }
-
-Criterion criterion(double lower, double upper, double limit, Verdict verdict) {
-  return {std::nullopt, 0, limit, lower, upper, "converged", verdict};
-}
 
 }  // namespace
 
@@ -151,14 +148,14 @@ TEST_CASE("the drawing of an interval puts the limit between pass and fail, and 
   const auto x_of = [](const std::string& drawing, const std::string& css_class) {
     return std::stod(between(drawing, "class=\"" + css_class + "\" x=\"", "%"));
   };
-  const std::string fail = interval_drawing(criterion(2, 3, 1, Verdict::fail), "mm");
+  const std::string fail = interval_drawing(distance(2, 3, 1), "mm");
   CHECK(x_of(fail, "zone fail") == doctest::Approx(100 / 3.75).epsilon(0.01));
   CHECK(x_of(fail, "bar fail") == doctest::Approx(200 / 3.75).epsilon(0.01));
   CHECK(fail.find("limit 1 mm") != std::string::npos);
-  const std::string pass = interval_drawing(criterion(0.5, 0.75, 1, Verdict::pass), "");
+  const std::string pass = interval_drawing(distance(0.5, 0.75, 1), "");
   CHECK(x_of(pass, "bar pass") < x_of(pass, "zone fail"));
   const std::string open =
-      interval_drawing(criterion(0, std::numeric_limits<double>::infinity(), 1, Verdict::undecided), "");
+      interval_drawing(distance(0, std::numeric_limits<double>::infinity(), 1), "");
   CHECK(x_of(open, "bar undecided") == 0);
   CHECK(between(open, "bar undecided\" x=\"0.00%\" width=\"", "\"") == "100.00%");
   CHECK(open.find("nan") == std::string::npos);
@@ -174,10 +171,10 @@ TEST_CASE("a limit of the area is drawn and worded in percent, alone and beside 
             "most 27 % of the limit.") != std::string::npos);
   CHECK(alone.find("The distance is between") == std::string::npos);
   area.gate.limit = {0.1, {}, LengthUnit::millimeter};
-  area.measured->limit = 0.1;
-  area.measured->has_max_distance = true;
+  set_criteria(*area.measured, {distance(0.06, 0.07, 0.1), area.measured->criteria.front()});
   const std::string both = to_html(samples::report_of({area}), {});
-  CHECK(both.find("0.1 mm, 1 % beyond 0.05 mm") != std::string::npos);
+  CHECK(both.find("<td class=\"number\">0.1 mm</td>") != std::string::npos);
+  CHECK(both.find("<td class=\"number\">1 % beyond 0.05 mm</td>") != std::string::npos);
   CHECK(both.find("The distance is between 0.06 and 0.07") != std::string::npos);
   CHECK(both.find("the distance is at most 0.07 mm") != std::string::npos);
 }
@@ -193,12 +190,12 @@ TEST_CASE("a zone is named by its sides, and pictures are judged by the side tha
   const std::string baseline = to_html(samples::report_of({outcome}), std::vector{picture});
   CHECK(baseline.find("on either side") == std::string::npos);
   CHECK(baseline.find("95 % within 0.06 mm. Estimated") != std::string::npos);
-  CHECK(page.find("0.06 \xE2\x80\xA6 0.07 inside, 0.01 \xE2\x80\xA6 0.02 outside</td>") != std::string::npos);
+  CHECK(page.find("0.06 .. 0.07 mm inside</td>") != std::string::npos);
   CHECK(page.find("at least 19 % above the limit") != std::string::npos);
 }
 
 TEST_CASE("units are escaped in drawings") {
-  Criterion one = criterion(2, 3, 1, Verdict::fail);
+  Criterion one = distance(2, 3, 1);
   CHECK(interval_drawing(one, "<mm\">").find("<mm") == std::string::npos);
   one.beyond = 0.5;
   CHECK(interval_drawing(one, "<mm\">").find("<mm") == std::string::npos);

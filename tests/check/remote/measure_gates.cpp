@@ -82,7 +82,7 @@ Json told(const check::GateOutcome& outcome) {
             {"part", nullptr}};
   if (outcome.measured) {
     json["document"] = outcome.measured->document;
-    json["limit"] = outcome.measured->limit;
+    json["limit"] = outcome.measured->criteria.front().limit;
     json["link"] = outcome.measured->link;
   }
   if (outcome.error) {

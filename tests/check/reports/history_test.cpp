@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include "check/html/diagrams.h"
+#include "check/criteria.h"
 #include "check/reports/sample_reports.h"
 #include "folder.h"
 
@@ -88,9 +89,13 @@ TEST_CASE("history: each side of a zone has a chart, and the uncertainty is kept
   Report report;
   for (int i = 0; i < 2; ++i) {
     report = samples::report_of({samples::zone("lid"), samples::zone("open")});
-    for (GateOutcome& outcome : report.outcomes) outcome.measured->uncertainty = 0.01;
-    report.outcomes[0].measured->zone->outside.upper = INFINITY;
-    report.outcomes[1].measured->zone->refused = "mesh b is open";
+    for (GateOutcome& outcome : report.outcomes)
+      change(*outcome.measured, [](Criterion& c) { c.uncertainty = 0.01; });
+    change(*report.outcomes[0].measured, [](Criterion& c) { c.upper = c.side == "outside" ? INFINITY : c.upper; });
+    change(*report.outcomes[1].measured, [](Criterion& c) {
+      c.upper = INFINITY;
+      c.refused = "the baseline is open";
+    });
     auto history = History::open(file);
     REQUIRE(history);
     REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
@@ -118,12 +123,10 @@ TEST_CASE("history: each region has a chart, from the run on that has it") {
   Report report;
   for (int i = 0; i < 3; ++i) {
     report = samples::report_of({samples::passed("lid")});
-    Criterion bore;
-    bore.region = "bore";
-    bore.limit = 0.02;
-    bore.lower = 0.03;
-    bore.upper = i == 1 ? INFINITY : 0.04;
-    if (i > 0) report.outcomes[0].measured->regions = {bore};
+    Measured& lid = *report.outcomes[0].measured;
+    if (i > 0)
+      set_criteria(lid, {in_region("rest", lid.criteria[0]),
+                         in_region("bore", distance(0.03, i == 1 ? INFINITY : 0.04, 0.02))});
     auto history = History::open(file);
     REQUIRE(history);
     REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
@@ -167,10 +170,8 @@ TEST_CASE("history: each limit is drawn by its own verdict") {
   Report report;
   for (int i = 0; i < 2; ++i) {
     report = samples::report_of({samples::zone("lid")});
-    report.outcomes[0].measured->has_max_distance = true;
-    report.outcomes[0].measured->limit = 1;
-    ZoneReached::Side& outside = report.outcomes[0].measured->zone->outside;
-    outside.limit = outside.lower = outside.upper = 0;
+    Measured& lid = *report.outcomes[0].measured;
+    set_criteria(lid, {distance(0.06, 0.07, 1), lid.criteria[0], on_side("outside", distance(0, 0, 0))});
     CHECK(report.outcomes[0].verdict() == Verdict::fail);
     auto history = History::open(file);
     REQUIRE(history);
@@ -220,6 +221,6 @@ TEST_CASE("history: a limit of the area has a chart of its own") {
   CHECK(sparkline(charts[0].runs) == "▂▂");
   CHECK(charts_of(report.outcomes[1]).size() == 1);
   GateOutcome both = report.outcomes[0];
-  both.measured->has_max_distance = true;
+  set_criteria(*both.measured, {distance(0.06, 0.07, 1), both.measured->criteria.front()});
   CHECK(charts_of(both).size() == 2);
 }

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 #include <pugixml.hpp>
 
+#include "check/criteria.h"
 #include "check/reports/sample_reports.h"
 #include "check/reports/wording.h"
 
@@ -119,8 +120,11 @@ TEST_CASE("junit: a limit of the area") {
 TEST_CASE("junit: a zone, and a baseline without sides") {
   const GateOutcome zone = samples::zone("lid");
   GateOutcome open = zone;
-  open.measured->zone =
-      ZoneReached{{0.05, 0, INFINITY, {}, 0}, {0.1, 0, INFINITY, {}, 0}, "mesh b is open", "complete"};
+  change(*open.measured, [](Criterion& c) {
+    c.lower = 0;
+    c.upper = INFINITY;
+    c.refused = "the baseline is open";
+  });
   const auto suite_of = [](const pugi::xml_document& document) {
     return document.child("testsuites").child("testsuite");
   };
@@ -129,6 +133,6 @@ TEST_CASE("junit: a zone, and a baseline without sides") {
   CHECK(property(suite_of(document), "outside.limit") == "0.1");
   CHECK(property(suite_of(refused), "inside.limit") == "0.05");
   CHECK(property(suite_of(refused), "inside.lower").empty());
-  CHECK(property(suite_of(refused), "sides.refused") == "mesh b is open");
+  CHECK(property(suite_of(refused), "outside.refused") == "the baseline is open");
   CHECK(to_junit(samples::report_of({open}), {}).find("inf") == std::string::npos);
 }

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include "check/criteria.h"
 #include "check/reports/sample_reports.h"
 
 using namespace meshgauge;
@@ -28,10 +29,7 @@ std::string bar_of(const GateOutcome& outcome) {
 
 GateOutcome outcome_of(double lower, double upper, double limit) {
   GateOutcome outcome = samples::failed("x");
-  outcome.measured->lower = lower;
-  outcome.measured->upper = upper;
-  outcome.measured->limit = limit;
-  outcome.measured->verdict = upper <= limit ? Verdict::pass : lower > limit ? Verdict::fail : Verdict::undecided;
+  set_criteria(*outcome.measured, {distance(lower, upper, limit)});
   return outcome;
 }
 

@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "check/criteria.h"
+
 namespace meshgauge::check::samples {
 namespace {
 
@@ -16,11 +18,7 @@ GateOutcome outcome_of(const std::string& name, double lower, double upper, doub
   outcome.gate.line = 7;
   outcome.wall_ms = 1234.5678;
   Measured measured;
-  measured.limit = limit;
-  measured.lower = lower;
-  measured.upper = upper;
-  measured.status = status;
-  measured.verdict = upper <= limit ? Verdict::pass : lower > limit ? Verdict::fail : Verdict::undecided;
+  set_criteria(measured, {distance(lower, upper, limit, status)});
   measured.witness = Witness{true, {1.5, -2, 0.1 + 0.2}, 17, {1.5, -2, 1e-9}, 4};
   outcome.measured = std::move(measured);
   return outcome;
@@ -42,10 +40,7 @@ GateOutcome broken(const std::string& name) {
 GateOutcome area(const std::string& name, double more) {
   GateOutcome outcome = outcome_of(name, 0.06, 0.07, 0.05, "converged");
   outcome.gate.area_limit = AreaLimit{std::exchange(outcome.gate.limit, {}), 0.01};
-  Measured& measured = *outcome.measured;
-  measured.has_max_distance = false;
-  measured.share_beyond = ShareBeyond{{0.05, 0.01}, 0.00201234 + more, 0.00269876 + more, "complete"};
-  measured.verdict = more > 0.008 ? Verdict::fail : Verdict::pass;
+  set_criteria(*outcome.measured, {share(0.05, 0.01, 0.00201234 + more, 0.00269876 + more)});
   return outcome;
 }
 
@@ -53,8 +48,8 @@ GateOutcome zone(const std::string& name) {
   GateOutcome outcome = outcome_of(name, 0.06, 0.07, 0.05, "converged");
   outcome.gate.zone = ZoneLimit{std::exchange(outcome.gate.limit, {}), {0.1, {}, LengthUnit::millimeter}};
   Measured& measured = *outcome.measured;
-  measured.has_max_distance = false;
-  measured.zone = ZoneReached{{0.05, 0.06, 0.07, {}, 0}, {0.1, 0.01, 0.02, {}, 0}, "", "complete"};
+  set_criteria(measured, {on_side("inside", distance(0.06, 0.07, 0.05, "complete")),
+                          on_side("outside", distance(0.01, 0.02, 0.1, "complete"))});
   measured.shown = {0.05, 0.06, 0.07, "inside"};
   return outcome;
 }
@@ -98,7 +93,7 @@ Report hostile() {
       GateOutcome outcome = make(name);
       if (outcome.measured) outcome.measured->notes = {name};
       outcome.gate.manifest = name;
-      if (outcome.measured) outcome.measured->status = name;
+      if (outcome.measured) change(*outcome.measured, [&](Criterion& c) { c.status = name; });
       outcomes.push_back(std::move(outcome));
     }
   }
@@ -125,7 +120,7 @@ std::vector<Named> all() {
   by_flags.gate.manifest.clear();
   by_flags.gate.line = 0;
   GateOutcome unbounded = undecided("unbounded");
-  unbounded.measured->upper = std::numeric_limits<double>::infinity();
+  change(*unbounded.measured, [](Criterion& c) { c.upper = std::numeric_limits<double>::infinity(); });
   unbounded.measured->witness.reset();
   const Report areas = report_of({area("lid"), area("pin", 0.02), zone("nut")});
   return {{"areas", areas},

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include "check/criteria.h"
 #include "check/reports/sample_reports.h"
 
 using namespace meshgauge;
@@ -104,7 +105,7 @@ TEST_CASE("sarif: the gate's page is the result's hostedViewerUri") {
 TEST_CASE("sarif: too much area has a rule of its own") {
   const json finding = only(samples::area("lid", 0.02));
   CHECK(finding["ruleId"] == "MG0004");
-  CHECK(finding["properties"]["shareBeyond"]["limit"] == 0.01);
+  CHECK(finding["properties"]["criteria"][0]["limit"] == 0.01);
   CHECK(!finding["properties"].contains("limit"));
   CHECK(finding["message"]["text"].get<std::string>().find("between 2.201 and 2.27 % of the area") !=
         std::string::npos);
@@ -115,9 +116,10 @@ TEST_CASE("sarif: a zone that is exceeded has a rule of its own, unless the dist
   const json run = run_of(samples::report_of({zone})), finding = run["results"][0];
   CHECK(finding["ruleId"] == "MG0006");
   CHECK(run["tool"]["driver"]["rules"][finding["ruleIndex"].get<std::size_t>()]["id"] == "MG0006");
-  CHECK(finding["properties"]["zone"]["inside"]["upper"] == 0.07);
-  zone.measured->has_max_distance = true;
+  CHECK(finding["properties"]["criteria"][0]["upper"] == 0.07);
+  const std::vector<Criterion> sides = zone.measured->criteria;
+  set_criteria(*zone.measured, {distance(0.06, 0.07, 0), sides[0], sides[1]});
   CHECK(only(zone)["ruleId"] == "MG0001");
-  zone.measured->limit = 1;
+  set_criteria(*zone.measured, {distance(0.06, 0.07, 1), sides[0], sides[1]});
   CHECK(only(zone)["ruleId"] == "MG0006");
 }

@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include "check/criteria.h"
 #include "check/reports/sample_reports.h"
 
 using namespace meshgauge;
@@ -34,12 +35,12 @@ TEST_CASE("wording: what was found, in half a sentence") {
   CHECK(finding_of(samples::undecided("a")) ==
         "the distance is between 0.04 and 0.06 mm: whether that is within the limit of 0.05 mm is not known (timeout)");
   GateOutcome unbounded = samples::undecided("a");
-  unbounded.measured->upper = std::numeric_limits<double>::infinity();
+  change(*unbounded.measured, [](Criterion& c) { c.upper = std::numeric_limits<double>::infinity(); });
   CHECK(finding_of(unbounded) ==
         "the distance is at least 0.04 mm: whether that is within the limit of 0.05 mm is not known (timeout)");
   CHECK(interval_of(samples::failed("a")) == "0.0968 .. 0.0977 mm");
   GateOutcome wide = samples::failed("a");
-  wide.measured->upper = 52.91;
+  change(*wide.measured, [](Criterion& c) { c.upper = 52.91; });
   CHECK(interval_of(wide) == "at least 0.0968 mm");
   CHECK(finding_of(samples::broken("a")) == samples::broken("a").advice());
   CHECK(finding_of(samples::broken("a")).rfind("'a' has no facet", 0) == 0);
@@ -63,20 +64,21 @@ TEST_CASE("wording: a limit of the area, alone and beside one of the distance") 
   CHECK(limit_of(area) == "1 % beyond 0.05 mm");
   CHECK(interval_of(area) == "0.2012 .. 0.2699 %");
   CHECK(finding_of(area) == "between 0.2012 and 0.2699 % of the area is farther than 0.05 mm" + limits);
-  area.measured->share_beyond->lower = 0;
+  change(*area.measured, [](Criterion& c) { c.lower = 0; });
   CHECK(finding_of(area) == "at most 0.2699 % of the area is farther than 0.05 mm" + limits);
-  area.measured->share_beyond->upper = 0;
+  change(*area.measured, [](Criterion& c) { c.upper = 0; });
   CHECK(finding_of(area) == "none of the area is farther than 0.05 mm" + limits);
-  area.measured->share_beyond->upper = 0.0123456;
+  change(*area.measured, [](Criterion& c) { c.upper = 0.0123456; });
   CHECK(finding_of(area) ==
         "at most 1.235 % of the area is farther than 0.05 mm: whether at most 1 % are is not known (complete)");
   CHECK(area.gate.limit.is_given() == false);
   GateOutcome both = samples::area("b");
   both.gate.limit = {0.1, {}, LengthUnit::millimeter};
-  both.measured->limit = 0.1;
-  both.measured->has_max_distance = true;
-  CHECK(limit_of(both) == "0.1 mm, 1 % beyond 0.05 mm");
-  CHECK(interval_of(both) == "0.06 .. 0.07 mm, 0.2012 .. 0.2699 %");
+  set_criteria(*both.measured, {distance(0.06, 0.07, 0.1), both.measured->criteria.front()});
+  CHECK(limit_of(both) == "0.1 mm");  // nearer to its limit than the area
+  CHECK(interval_of(both) == "0.06 .. 0.07 mm");
+  CHECK(criteria_in_words(both)[1].limit == "1 % beyond 0.05 mm");
+  CHECK(criteria_in_words(both)[1].interval == "0.2012 .. 0.2699 %");
   CHECK(finding_of(both).find("within the limit of 0.1 mm; between 0.2012 and 0.2699 %") != std::string::npos);
   both.measured.reset();
   CHECK(limit_of(both) == "0.1 mm, 1 % beyond 0.05 mm");
@@ -84,14 +86,14 @@ TEST_CASE("wording: a limit of the area, alone and beside one of the distance") 
 
 TEST_CASE("wording: an uncertainty stands behind the limit") {
   GateOutcome outcome = samples::passed("a");
-  outcome.measured->uncertainty = 0.01;
+  change(*outcome.measured, [](Criterion& c) { c.uncertainty = 0.01; });
   CHECK(limit_of(outcome) == "0.05 mm ± 0.01 mm");
   CHECK(finding_of(outcome) == "the distance is at most 0.0123 mm, within the limit of 0.05 mm ± 0.01 mm");
-  outcome.measured->upper = 0.045;
+  change(*outcome.measured, [](Criterion& c) { c.upper = 0.045; });
   CHECK(finding_of(outcome).find("whether that is within the limit of 0.05 mm ± 0.01 mm is not known") !=
         std::string::npos);
   GateOutcome area = samples::area("a");
-  area.measured->uncertainty = 0.01;
+  change(*area.measured, [](Criterion& c) { c.uncertainty = 0.01; });
   CHECK(limit_of(area) == "1 % beyond 0.05 mm ± 0.01 mm");
   CHECK(finding_of(area).find("farther than 0.05 mm ± 0.01 mm; at most 1 % may be") != std::string::npos);
 }

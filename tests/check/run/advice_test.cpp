@@ -13,7 +13,7 @@ namespace {
 
 GateOutcome with(const Measured& measured) {
   GateOutcome outcome;
-  outcome.gate = gate("part.stl", "cad.stl", measured.limit);
+  outcome.gate = gate("part.stl", "cad.stl", measured.criteria.front().limit);
   outcome.gate.limit.unit = LengthUnit::millimeter;
   outcome.measured = measured;
   return outcome;
@@ -43,15 +43,14 @@ TEST_CASE("undecided: the limits and the time that would decide") {
 TEST_CASE("undecided: the shares of the area that would decide") {
   GateOutcome outcome = with(measured(0.25, 0.75, 0.5));
   Measured& found = *outcome.measured;
-  found.has_max_distance = false;
-  found.share_beyond = ShareBeyond{{0.5, 0.25}, 0, 0.5, "timeout"};
-  found.verdict = Verdict::undecided;
+  const auto ended = [&](const char* status) { set_criteria(found, {share(0.5, 0.25, 0, 0.5, status)}); };
+  ended("timeout");
   CHECK(outcome.advice().starts_with("Decided by a share of at least 50"));
   CHECK(outcome.advice().ends_with(" % (pass); or a longer timeout than 30 s."));
-  found.share_beyond->status = "precision_floor";
+  ended("precision_floor");
   CHECK(outcome.advice() ==
         "Decided by another distance than 0.5 mm: part of the area is that far away, within rounding error.");
-  found.share_beyond->status = "no_area";
+  ended("no_area");
   CHECK(outcome.advice() == "A mesh has no area: all its triangles are degenerate.");
 }
 
@@ -60,9 +59,9 @@ TEST_CASE("undecided: impossible advice is left out") {
   outcome.gate.timeout = std::chrono::seconds(180);
   CHECK(outcome.advice().find("longer timeout") == std::string::npos);
   CHECK(outcome.advice().find("(fail); or more threads") != std::string::npos);
-  outcome.measured->upper = std::numeric_limits<double>::infinity();
+  change(*outcome.measured, [](Criterion& c) { c.upper = std::numeric_limits<double>::infinity(); });
   CHECK(outcome.advice().find("Decided by a limit below 0.25 mm (fail); or more threads") == 0);
-  outcome.measured->lower = 0;
+  change(*outcome.measured, [](Criterion& c) { c.lower = 0; });
   outcome.gate.timeout = std::chrono::seconds(1);
   CHECK(outcome.advice() == "Decided by a longer timeout than 1 s.");
 }

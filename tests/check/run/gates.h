@@ -10,6 +10,7 @@
 
 #include "check/gate.h"
 #include "check/outcome.h"
+#include "tests/check/criteria.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::check {
@@ -66,11 +67,7 @@ inline Gate gate(const std::filesystem::path& candidate, const std::filesystem::
 inline Measured measured(double lower, double upper, double limit, const std::string& status = "gate_decided") {
   Measured made;
   made.document = {{"status", status}};
-  made.limit = limit;
-  made.lower = lower;
-  made.upper = upper;
-  made.status = status;
-  made.verdict = upper <= limit ? Verdict::pass : lower > limit ? Verdict::fail : Verdict::undecided;
+  set_criteria(made, {distance(lower, upper, limit, status)});
   return made;
 }
 

@@ -20,7 +20,7 @@ Report one_of_each() {
   report.version = "1.2.3";
   for (const auto& found : {measured(0.1, 0.2, 0.3), measured(1.0 / 3, 0.5, 0.3), measured(0.1, 0.5, 0.3, "timeout")}) {
     GateOutcome outcome;
-    outcome.gate = gate("a.stl", "b.stl", found.limit);
+    outcome.gate = gate("a.stl", "b.stl", found.criteria.front().limit);
     outcome.gate.manifest = "gates.yaml";
     outcome.gate.line = 7;
     outcome.measured = found;
@@ -51,7 +51,7 @@ TEST_CASE("the report as JSON: members in their order, counts, the exit code") {
   CHECK(json["exit_code"] == 3);
   CHECK(json["counts"] == Json{{"pass", 1}, {"fail", 1}, {"undecided", 1}, {"error", 1}});
   CHECK(names_of(json["gates"][0]) == std::vector<std::string>{"name",     "verdict",      "level",      "candidate",
-                                                               "baseline", "direction",    "limit",      "distance",
+                                                               "baseline", "direction",    "limit",      "distance", "criteria",
                                                                "witness",  "expectations", "notes",      "advice",
                                                                "error",    "interrupted",  "timeout_ms", "wall_ms",
                                                                "manifest", "history",      "link",       "comparison"});

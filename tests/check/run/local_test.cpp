@@ -89,7 +89,7 @@ TEST_CASE("a limit as a share is of the baseline's diagonal") {
   share.limit = {std::nullopt, 0.01, {}};
   const Report report = run_here({share});
   REQUIRE(report.outcomes[0].measured);
-  CHECK(report.outcomes[0].measured->limit == doctest::Approx(0.01 * 10 * std::sqrt(2)));
+  CHECK(report.outcomes[0].measured->criteria.front().limit == doctest::Approx(0.01 * 10 * std::sqrt(2)));
   CHECK(report.outcomes[0].verdict() == Verdict::pass);
 }
 
@@ -161,7 +161,7 @@ TEST_CASE("a limit of the area alone, and beside one of the distance") {
     asked.area_limit = AreaLimit{{0.3, {}, {}}, share};
     const Report report = run_here({asked});
     REQUIRE(report.outcomes[0].measured);
-    CHECK(report.outcomes[0].measured->share_beyond->lower <= report.outcomes[0].measured->share_beyond->upper);
+    CHECK(report.outcomes[0].measured->criteria.back().beyond == 0.3);
     return report.outcomes[0].verdict();
   };
   CHECK(verdict_of(0.99, std::nullopt) == Verdict::pass);

@@ -14,7 +14,7 @@ namespace {
 
 GateOutcome with(const Measured& found, bool warn_only) {
   GateOutcome outcome;
-  outcome.gate = gate("part.stl", "cad.stl", found.limit);
+  outcome.gate = gate("part.stl", "cad.stl", found.criteria.front().limit);
   outcome.gate.warn_only = warn_only;
   outcome.measured = found;
   return outcome;
@@ -52,9 +52,8 @@ TEST_CASE("an undecided gate may only warn when there is an interval") {
 TEST_CASE("an undecided gate fails where nothing is known of its area or of an expectation") {
   GateOutcome outcome = with(measured(0, 1, 2), false);
   const auto code = [&] { return only(outcome, Undecided::warn).exit_code(); };
-  outcome.measured->verdict = Verdict::undecided;
   for (const auto& [lower, upper, expected] : {std::tuple(0.0, 1.0, 2), {0.0, 0.9, 0}, {0.1, 1.0, 0}}) {
-    outcome.measured->share_beyond = ShareBeyond{{0.5, 0.25}, lower, upper, "timeout"};
+    set_criteria(*outcome.measured, {distance(0, 1, 2), share(0.5, 0.25, lower, upper, "timeout")});
     CHECK(code() == expected);
   }
   outcome.expectations = {{"volume", api::Verdict::undecided, "1 .. 2", "at least 1.5"}};

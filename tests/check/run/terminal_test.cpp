@@ -16,7 +16,7 @@ namespace {
 
 GateOutcome outcome(const std::string& name, const Measured& measured, bool warn_only = false) {
   GateOutcome made;
-  made.gate = gate("a.stl", "b.stl", measured.limit);
+  made.gate = gate("a.stl", "b.stl", measured.criteria.front().limit);
   made.gate.name = name;
   made.gate.limit.unit = LengthUnit::millimeter;
   made.gate.warn_only = warn_only;

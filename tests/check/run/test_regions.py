@@ -32,10 +32,11 @@ gates:
             self.assertLessEqual(one["lower"], 2)
             self.assertGreaterEqual(one["upper"], 2)
         run = self.exits(1, "regions.yaml", "--junit", "regions.xml", "--markdown", "regions.md", "--html", "regions.html")
-        self.assertRegex(run.stdout, r"(?m)^    left: \S+ \.\. \S+ mm, at most 2\.5 mm: pass$")
-        self.assertRegex(run.stdout, r"(?m)^    right: .*, at most 1\.5 mm: fail$")
+        self.assertRegex(run.stdout, r"(?m)^FAIL  pair  (rest|right): ")
+        self.assertRegex(run.stdout, r"(?m)^    pass       distance in left: \S+ \.\. \S+ mm, at most 2\.5 mm$")
+        self.assertRegex(run.stdout, r"(?m)^    fail       distance in right: .*, at most 1\.5 mm$")
         self.assertIn('<property name="region.left.verdict" value="pass" />', (self.folder / "regions.xml").read_text())
-        self.assertIn("`pair`: `right`", (self.folder / "regions.md").read_text())
+        self.assertIn("`pair`: distance in right", (self.folder / "regions.md").read_text())
         self.assertIn("distance in right", (self.folder / "regions.html").read_text())
 
     def test_groups_of_the_baseline(self):

@@ -38,6 +38,8 @@ export function comparison(change: Partial<Comparison> = {}): Comparison {
     meshes: { a: mesh("a"), b: mesh("b") },
     engine: { version: "0.2.0", strategy: "auto", points: null, simd: "avx512", threads: 1 },
     statistics: null,
+    foremost: null,
+    criteria: [],
     ...change,
   };
 }
