@@ -11,6 +11,7 @@
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/region_json.h"
+#include "api/request.h"
 #include "api/response.h"
 #include "api/result_document.h"
 #include "api/with_unit.h"
@@ -40,7 +41,7 @@ std::optional<Criterion::Place> place_of(const Bounds* a_to_b, const Bounds* b_t
 std::string name_of_distance(const Criterion& criterion) {
   if (!criterion.side.empty()) return "distance " + criterion.side;
   if (criterion.region.empty()) return "distance";
-  return criterion.is_of_region() ? "distance in " + criterion.region : "distance in no region";
+  return criterion.is_of_region() ? "distance in " + criterion.region : "distance outside of all regions";
 }
 
 Criterion of_distance(double limit, double uncertainty, double lower, double upper, std::string_view status) {
@@ -104,6 +105,13 @@ Criterion of_share(const AreaInterval& share, const Outcome& outcome, const Comp
 
 int severity(Verdict verdict) { return verdict == Verdict::fail ? 2 : verdict == Verdict::undecided ? 1 : 0; }
 
+// The greatest is the foremost.
+std::tuple<int, bool, double> foremost_rank(const Criterion& c) {
+  const bool is_limit = c.of != Criterion::Of::expectation;
+  const double end = c.verdict == Verdict::fail ? c.lower : c.upper;
+  return {severity(c.verdict), is_limit, end / std::max(c.limit, std::numeric_limits<double>::min())};
+}
+
 std::string share_finding(const Criterion& share, std::string_view unit) {
   const IntervalText figures = figures_of(share);
   const std::string found = share_in_words(share, unit);
@@ -143,13 +151,18 @@ Json place_json(const std::optional<Criterion::Place>& at) {
 
 Vec3 read_point(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
 
+std::uint32_t read_triangle(const Json& json) {
+  const auto index = json.get<double>();
+  return in_range(index, {0, 0xFFFFFFFF, true}, "").ok() ? static_cast<std::uint32_t>(index) : 0;
+}
+
 std::optional<Criterion::Place> read_place(const Json& json) {
   if (json.is_null()) return std::nullopt;
-  Criterion::Place place{json.at("on") == "a", read_point(json.at("point")), json.at("triangle").get<std::uint32_t>(),
+  Criterion::Place place{json.at("on") != "b", read_point(json.at("point")), read_triangle(json.at("triangle")),
                          std::nullopt, 0};
   if (const Json& nearest = json.at("nearest_point"); !nearest.is_null()) {
     place.nearest = read_point(nearest);
-    place.nearest_triangle = json.at("nearest_triangle").get<std::uint32_t>();
+    place.nearest_triangle = read_triangle(json.at("nearest_triangle"));
   }
   return place;
 }
@@ -158,6 +171,7 @@ Error no_criterion(const std::string& why) { return {ErrorCode::internal, "no cr
 
 bool is_interval(const Criterion& c) {
   const bool is_share = c.of == Criterion::Of::share;
+  if (!c.refused.empty() && (c.side.empty() || c.lower != 0 || std::isfinite(c.upper))) return false;
   return c.lower >= 0 && c.lower <= c.upper && (!is_share || (c.upper <= 1 && c.beyond));
 }
 
@@ -221,12 +235,16 @@ std::optional<Verdict> worst(std::span<const Criterion> criteria) {
 }
 
 const Criterion& foremost(std::span<const Criterion> criteria) {
-  const auto rank = [](const Criterion& c) {
-    const bool is_limit = c.of != Criterion::Of::expectation;
-    const double end = c.verdict == Verdict::fail ? c.lower : c.upper;
-    return std::tuple(severity(c.verdict), is_limit, end / std::max(c.limit, std::numeric_limits<double>::min()));
-  };
-  return *std::ranges::max_element(criteria, {}, rank);
+  return *std::ranges::max_element(criteria, {}, foremost_rank);
+}
+
+const Criterion* foremost_place(std::span<const Criterion> criteria) {
+  const Criterion* found = nullptr;
+  for (const Criterion& one : criteria) {
+    if (one.verdict != worst(criteria) || !one.at) continue;
+    if (!found || foremost_rank(*found) < foremost_rank(one)) found = &one;
+  }
+  return found;
 }
 
 IntervalText figures_of(const Criterion& criterion) {

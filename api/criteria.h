@@ -72,6 +72,10 @@ std::optional<Verdict> worst(std::span<const Criterion> criteria);
 // Precondition: there is a criterion.
 const Criterion& foremost(std::span<const Criterion> criteria);
 
+// Returns the one to look at: of those with the worst verdict and a place the one that comes first as by foremost();
+// null: none has a place.
+const Criterion* foremost_place(std::span<const Criterion> criteria);
+
 // Returns the verdict of a limit from its own numbers; undecided where mesh b has no sides.
 Verdict verdict_of(const Criterion& limit);
 

@@ -20,6 +20,13 @@ struct Name {
 inline constexpr Name<Direction> kDirections[] = {
     {Direction::symmetric, "symmetric"}, {Direction::a_to_b, "a_to_b"}, {Direction::b_to_a, "b_to_a"}};
 
+// As manifests and flags have them, too, where a is the candidate. The first name of a value is shown.
+inline constexpr Name<Direction> kDirectionWords[] = {{Direction::symmetric, "symmetric"},
+                                                      {Direction::a_to_b, "candidate_to_baseline"},
+                                                      {Direction::b_to_a, "baseline_to_candidate"},
+                                                      {Direction::a_to_b, "a_to_b"},
+                                                      {Direction::b_to_a, "b_to_a"}};
+
 inline constexpr Name<Strategy> kStrategies[] = {{Strategy::automatic, "auto"},
                                                  {Strategy::four_point, "four_point"},
                                                  {Strategy::n_point, "n_point"},

@@ -12,6 +12,7 @@
 #include "api/names.h"
 #include "api/refused.h"
 #include "api/region_json.h"
+#include "api/request_words.h"
 
 namespace meshgauge::api {
 namespace {
@@ -379,6 +380,7 @@ Result<Done> check_points(bool points_given, Strategy strategy, std::string_view
 Result<Request> parse_options(std::string_view json, const RequestLimits& limits) {
   auto document = parse_document(json, "options", kMaxOptionsBytes);
   if (!document) return document.error();
+  if (auto ok = resolve_words(*document); !ok) return ok.error();
   Request request;
   request.timeout = limits.default_timeout;
   Reading reading{request, limits};

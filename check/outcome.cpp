@@ -90,16 +90,43 @@ bool is_same_limit(const Criterion& one, const Criterion& other) {
          one.limit == other.limit && one.uncertainty == other.uncertainty;
 }
 
+// What the document says of the limit beside its criterion: an interval, or null for a mesh without sides.
+const Json& interval_of(const Json& document, const Criterion& asked, std::size_t region) {
+  if (asked.beyond) return document.at("share_beyond").at("share");
+  if (!asked.side.empty()) return document.at("sides").at(asked.side);
+  if (asked.region.empty()) return document.at("distance");
+  const Json& all = document.at("regions");
+  const Json& found = asked.is_of_region() ? all.at(region) : all.back();
+  static const Json kNone;
+  return found.at("name") == asked.region ? found.at("distance") : kNone;
+}
+
+// Whether the criterion has the interval that the rest of the document has.
+bool agrees(const Json& document, const Criterion& found, std::size_t region) try {
+  const Json& interval = interval_of(document, found, region);
+  if (!found.refused.empty() || interval.is_null()) return !found.refused.empty() && interval.is_null();
+  return interval.at("lower") == found.lower && api::upper_of(interval) == found.upper;
+} catch (const Json::exception&) {
+  return false;
+}
+
 // Behind the limits the document has the expectations.
 Result<std::vector<Criterion>> criteria_from(const Json& document, const Limits& limits) {
   const auto found = document.find("criteria");
   if (found == document.end() || !found->is_array())
     return no_comparison("it has no criteria, since the service is older than this program: update the service");
   std::vector<Criterion> criteria = asked(limits);
-  for (std::size_t i = 0; i < criteria.size(); ++i) {
-    auto criterion = i < found->size() ? api::read_criterion((*found)[i]) : Result<Criterion>(no_comparison(""));
-    if (!criterion || !is_same_limit(criteria[i], *criterion))
-      return no_comparison("its criterion " + std::to_string(i + 1) + " is not the " + criteria[i].name);
+  std::size_t region = 0;
+  for (std::size_t i = 0; i < std::max(criteria.size(), found->size()); ++i) {
+    const std::string name = "its criterion " + std::to_string(i + 1);
+    if (i == found->size()) return no_comparison(name + " is missing: the " + criteria[i].name);
+    auto criterion = api::read_criterion((*found)[i]);
+    if (!criterion) return no_comparison(name + " is none: " + criterion.error().message);
+    if (i >= criteria.size() && criterion->of == Criterion::Of::expectation) continue;
+    if (i >= criteria.size()) return no_comparison(name + " was not asked for");
+    if (!is_same_limit(criteria[i], *criterion)) return no_comparison(name + " is not the " + criteria[i].name);
+    if (!agrees(document, *criterion, region)) return no_comparison(name + " contradicts the rest of the result");
+    region += criterion->is_of_region() ? 1U : 0U;
     if (criterion->refused.starts_with("mesh b")) criterion->refused.replace(0, 6, "the baseline");
     criteria[i] = *std::move(criterion);
   }
@@ -192,12 +219,12 @@ Result<Measured> measured_from(Json document, const Limits& limits) {
   measured.unread = unread_of(document);
   measured.status = status->get<std::string>();
   measured.verdict = verdict_of(*api::worst(measured.criteria));
-  const Criterion& foremost = measured.foremost();
   measured.witness = facts->witness;
   measured.reached = facts->lower;
-  if (foremost.at && foremost.at->nearest) {
-    measured.witness = witness_of(*foremost.at);
-    measured.reached = foremost.lower;
+  const Criterion* place = api::foremost_place(measured.criteria);
+  if (measured.verdict != Verdict::pass && place && place->at->nearest) {
+    measured.witness = witness_of(*place->at);
+    measured.reached = place->lower;
   }
   measured.direction = facts->direction;
   measured.document = std::move(document);

@@ -12,12 +12,6 @@ std::string rounded(double x, int digits) {
   return buffer;
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && api::is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && api::is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 std::string percent_encoded(std::string_view bytes, std::string_view kept) {
   constexpr std::string_view kHex = "0123456789ABCDEF";
   std::string uri;

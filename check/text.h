@@ -7,6 +7,7 @@
 
 #include "api/decimal.h"
 #include "api/figures.h"
+#include "api/formats/text.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::check {
@@ -21,11 +22,10 @@ using api::to_digits;
 using api::to_digits_above;
 using api::to_digits_below;
 using api::to_text;
+using api::trimmed;
 
 // Rounds to `digits` significant digits, for tables.
 std::string rounded(double x, int digits = 6);
-
-std::string_view trimmed(std::string_view text);  // without surrounding blanks and line ends
 
 // Percent-encodes every byte except letters, digits and those in `kept` (RFC 3986).
 std::string percent_encoded(std::string_view bytes, std::string_view kept);

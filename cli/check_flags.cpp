@@ -54,9 +54,9 @@ Result<Done> set_common(const CheckFlags& flags, check::Gate& gate) {
 
 Result<Done> set_names(const CheckFlags& flags, Options& options) {
   if (flags.direction) {
-    const auto direction = api::value_of(check::kDirections, *flags.direction);
+    const auto direction = api::value_of(api::kDirectionWords, *flags.direction);
     if (!direction)
-      return bad_flag("--direction", "must be one of " + api::list_of(check::kDirections) + ", not " +
+      return bad_flag("--direction", "must be one of " + api::list_of(api::kDirectionWords) + ", not " +
                                          api::shown_text(*flags.direction));
     options.direction = *direction;
   }

@@ -203,7 +203,7 @@ Result<Done> set_machine(const Flags& flags, Options& options) {
 Result<api::Request> to_request(const Flags& flags) {
   api::Request request;
   api::ComparisonOptions& options = request.options;
-  if (auto ok = set_name(api::kDirections, "--direction", flags.direction, options.direction); !ok) return ok.error();
+  if (auto ok = set_name(api::kDirectionWords, "--direction", flags.direction, options.direction); !ok) return ok.error();
   if (auto ok = set_name(api::kStrategies, "--strategy", flags.strategy, options.strategy); !ok) return ok.error();
   if (auto ok = set_points(flags, options); !ok) return ok.error();
   if (auto ok = set_tolerance(flags, options.tolerance); !ok) return ok.error();

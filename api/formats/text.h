@@ -87,6 +87,13 @@ inline const char* parse_number(const char* p, const char* end, double& value) {
   return next;
 }
 
+// Returns the text without surrounding blanks and line ends.
+inline std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
 // Parses an integer with an optional '-'. Returns the place after it; nullptr: no integer. A value of more digits than
 // 64 bits hold becomes some value of at least 2^58 in magnitude.
 inline const char* parse_integer(const char* p, const char* end, std::int64_t& value) {

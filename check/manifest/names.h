@@ -6,12 +6,7 @@
 
 namespace meshgauge::check {
 
-// In gates a is the candidate; the names of the API are accepted as well. The first name of a value is shown.
-inline constexpr api::Name<Direction> kDirections[] = {{Direction::symmetric, "symmetric"},
-                                                       {Direction::a_to_b, "candidate_to_baseline"},
-                                                       {Direction::b_to_a, "baseline_to_candidate"},
-                                                       {Direction::a_to_b, "a_to_b"},
-                                                       {Direction::b_to_a, "b_to_a"}};
+using api::kDirectionWords;
 
 inline constexpr api::Name<bool> kOnFail[] = {{false, "fail"}, {true, "warn"}};  // values of Gate::warn_only
 inline constexpr api::Name<bool> kUnmatchedBaselines[] = {{false, "error"},

@@ -17,82 +17,25 @@
 namespace meshgauge::check {
 namespace {
 
-struct Quantity {
-  double number = 0;
-  std::string_view unit;
-};
-
-// Splits a decimal number from the text behind it. "inf" and "nan" are not numbers.
-std::optional<Quantity> split(std::string_view text) {
-  text = trimmed(text);
-  const std::size_t digit = text.find_first_not_of("+-.");
-  if (digit == std::string_view::npos || !api::is_digit(text[digit])) return std::nullopt;
-  Quantity quantity;
-  const char* end = text.data() + text.size();
-  const char* next = api::parse_number(text.data(), end, quantity.number);
-  if (!next) return std::nullopt;
-  quantity.unit = trimmed({next, static_cast<std::size_t>(end - next)});
-  return quantity;
-}
-
-Error no_length(std::string_view text, const char* shapes) {
-  const bool comma = text.find(',') != std::string_view::npos;
-  return refused(std::string("must be ") + shapes + ", not " + api::shown_text(text) +
-                 (comma ? "; write the decimals behind a point" : ""));
-}
-
 Error no_unit(std::string_view text) {
   return refused("must be a unit of length (" + std::string(api::kUnitNames) + "), not " + api::shown_text(text));
 }
 
 bool is_bare_zero(const Limit& limit) { return limit.max_distance == 0.0 && !limit.unit; }
 
-// Text behind the number must be a unit: "5e-", "0,05" and "0x10" are mistakes, not the numbers that they begin with.
-Result<Limit> length_of(const Quantity& quantity, std::string_view text, const char* shapes, bool or_share) {
+Result<Limit> limit_of(const Result<api::Length>& length) {
+  if (!length) return length.error();
   Limit limit;
-  if (!quantity.unit.empty()) {
-    limit.unit = api::parse_unit(quantity.unit);
-    const bool word = std::all_of(quantity.unit.begin(), quantity.unit.end(), api::is_letter);
-    if (!limit.unit && !word) return no_length(text, shapes);
-    if (!limit.unit)
-      return refused("must have a unit of length (" + std::string(api::kUnitNames) + ") behind the number" +
-                     (or_share ? ", or '%' for a share of the baseline's diagonal" : "") + ", not " +
-                     api::shown_text(text));
-  }
-  if (!api::in_range(quantity.number, api::kMaxDistanceRange, "").ok()) {
-    return refused("must be a finite number of at least 0, not " + api::shown_text(text));
-  }
-  return limit.max_distance = quantity.number, limit;
+  (length->is_share ? limit.max_diagonal_share : limit.max_distance) = length->number;
+  limit.unit = length->unit;
+  return limit;
 }
 
 }  // namespace
 
-Result<Limit> parse_length(std::string_view text) {
-  constexpr const char* kShapes = "a number (0.05) or a number and a unit (0.05 mm)";
-  const auto quantity = split(text);
-  return quantity ? length_of(*quantity, text, kShapes, false) : no_length(text, kShapes);
-}
+Result<Limit> parse_length(std::string_view text) { return limit_of(api::parse_length(text, false)); }
 
-Result<Limit> parse_limit(std::string_view text) {
-  constexpr const char* kShapes =
-      "a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %)";
-  const auto quantity = split(text);
-  if (!quantity) return no_length(text, kShapes);
-  if (quantity->unit != "%") return length_of(*quantity, text, kShapes, true);
-  auto limit = length_of({quantity->number, ""}, text, kShapes, true);
-  if (!limit) return limit;
-  limit->max_diagonal_share = *std::exchange(limit->max_distance, std::nullopt) / 100;
-  return limit;
-}
-
-Result<double> parse_share(std::string_view text) {
-  const auto quantity = split(text);
-  if (!quantity || quantity->unit != "%")
-    return refused("must be a share of the area in percent (1 %), not " + api::shown_text(text));
-  if (!(quantity->number >= 0 && quantity->number <= 100))
-    return refused("must be from 0 % to 100 %, not " + api::shown_text(text));
-  return quantity->number / 100;
-}
+Result<Limit> parse_limit(std::string_view text) { return limit_of(api::parse_length(text, true)); }
 
 Result<AreaLimit> parse_area_limit(std::string_view text) {
   const std::size_t colon = text.find(':');
@@ -100,7 +43,7 @@ Result<AreaLimit> parse_area_limit(std::string_view text) {
     return refused("must be a distance, ':' and a share of the area (0.05 mm: 1 %), not " + api::shown_text(text));
   const auto distance = parse_limit(text.substr(0, colon));
   if (!distance) return refused("the distance " + distance.error().message);
-  const auto share = parse_share(text.substr(colon + 1));
+  const auto share = api::parse_share(text.substr(colon + 1));
   if (!share) return refused("the share " + share.error().message);
   return AreaLimit{*distance, *share};
 }
@@ -176,24 +119,6 @@ Result<LengthUnit> parse_unit(std::string_view text) {
   const auto unit = api::parse_unit(trimmed(text));
   if (!unit) return no_unit(text);
   return *unit;
-}
-
-Result<std::chrono::milliseconds> parse_duration(std::string_view text) {
-  const auto quantity = split(text);
-  const auto factor = [&]() -> std::optional<double> {
-    if (!quantity) return std::nullopt;
-    if (quantity->unit.empty() || quantity->unit == "s") return 1000;
-    if (quantity->unit == "ms") return 1;
-    return quantity->unit == "min" ? std::optional<double>(60'000) : std::nullopt;
-  }();
-  if (!factor)
-    return refused("must be a time, as 60 s, 500 ms, 2 min or a number of seconds, not " + api::shown_text(text));
-  const double milliseconds = std::nearbyint(quantity->number * *factor);
-  if (const auto checked = api::in_range(milliseconds, api::kTimeoutMsRange, ""); !checked) {
-    const auto most = static_cast<int>(api::kTimeoutMsRange.high / 1000);
-    return refused("must be from 1 ms to " + std::to_string(most) + " s, not " + api::shown_text(text));
-  }
-  return std::chrono::milliseconds(static_cast<std::int64_t>(milliseconds));
 }
 
 }  // namespace meshgauge::check

@@ -1,13 +1,16 @@
 // Parses limits and durations of gates.yaml and of flags.
 #pragma once
 
-#include <chrono>
 #include <string_view>
 
+#include "api/quantity.h"
 #include "check/gate.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
+
+using api::parse_duration;
+using api::parse_share;
 
 // Errors are the end of a sentence; the caller adds the key or flag: "must be ..., not '5,0 mm'". Surrounding blanks
 // are ignored.
@@ -19,9 +22,6 @@ Result<Limit> parse_limit(std::string_view text);
 
 // Parses a limit that is not a share.
 Result<Limit> parse_length(std::string_view text);
-
-// Parses a share of the area, "1 %", as a fraction of 1. A number without '%' is refused: it would be read either way.
-Result<double> parse_share(std::string_view text);
 
 // Parses max_share_beyond as a flag: a distance as parse_limit(), ':' and a share, "0.05 mm: 1 %".
 Result<AreaLimit> parse_area_limit(std::string_view text);
@@ -42,9 +42,5 @@ Result<Done> check_limits(const Gate& gate);
 
 // Parses "mm" or "inches".
 Result<LengthUnit> parse_unit(std::string_view text);
-
-// Parses "60 s", "500 ms", "2 min" or "60s"; a bare number is in seconds. Rounds to whole milliseconds, which must
-// lie in api::kTimeoutMsRange.
-Result<std::chrono::milliseconds> parse_duration(std::string_view text);
 
 }  // namespace meshgauge::check

@@ -119,7 +119,7 @@ void read_uncertainty(const Setting& setting, Draft& draft, Mistakes& mistakes) 
 }
 
 void read_direction(const Setting& setting, Draft& draft, Mistakes& mistakes) {
-  read_name(kDirections, setting, draft.gate.options.direction, mistakes);
+  read_name(kDirectionWords, setting, draft.gate.options.direction, mistakes);
 }
 
 void read_timeout(const Setting& setting, Draft& draft, Mistakes& mistakes) {

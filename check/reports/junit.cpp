@@ -36,7 +36,8 @@ void add(const Criterion& criterion, Properties& properties) {
   }
   properties.emplace_back(prefix + "limit", shortest(criterion.limit));
   if (!prefix.empty()) properties.emplace_back(prefix + "verdict", std::string(to_string(criterion.verdict)));
-  if (!criterion.refused.empty()) properties.emplace_back(prefix + "refused", shown_name(criterion.refused));
+  if (!criterion.refused.empty() && criterion.side == "outside")
+    properties.emplace_back("sides.refused", shown_name(criterion.refused));
 }
 
 void add_measured(Properties& properties, const Measured& measured) {

@@ -117,10 +117,12 @@ Json properties_of(const GateOutcome& outcome) {
   if (const Criterion* distance = measured.find(Criterion::Of::distance)) properties["limit"] = distance->limit;
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
-  properties["foremost"] = shown_name(measured.foremost().name);
-  for (const Criterion& one : measured.criteria) {
-    Criterion shown = one;
-    for (std::string* text : {&shown.name, &shown.region, &shown.status, &shown.refused}) {
+  if (const double u = measured.criteria.front().uncertainty; u > 0) properties["uncertainty"] = u;
+  std::vector<Criterion> criteria = measured.criteria;
+  for (const Expectation& one : outcome.expectations) criteria.push_back(api::criterion_of(one));
+  properties["foremost"] = shown_name(api::foremost(criteria).name);
+  for (Criterion& shown : criteria) {
+    for (std::string* text : {&shown.name, &shown.region, &shown.status, &shown.refused, &shown.found, &shown.expected}) {
       if (!text->empty()) *text = shown_name(*text);
     }
     properties["criteria"].push_back(api::json_of(shown, outcome.unit()));

@@ -26,11 +26,11 @@ std::string longer_timeout(const Gate& gate) {
 
 // A point on the side whose limit is exceeded most; empty: it is of no side, or none is known.
 std::string for_side(const GateOutcome& outcome) {
-  const Criterion& foremost = outcome.measured->foremost();
-  if (foremost.side.empty() || !foremost.at) return "";
-  return "Look at " + with_unit(in_words(foremost.at->point), outcome.unit()) + " on triangle " +
-         std::to_string(foremost.at->triangle) + " of the candidate: it is " +
-         with_unit(shortest(foremost.lower), outcome.unit()) + " or more " + foremost.side + " of the baseline.";
+  const Criterion* place = api::foremost_place(outcome.measured->criteria);
+  if (!place || place->side.empty()) return "";
+  return "Look at " + with_unit(in_words(place->at->point), outcome.unit()) + " on triangle " +
+         std::to_string(place->at->triangle) + " of the candidate: it is " +
+         with_unit(shortest(place->lower), outcome.unit()) + " or more " + place->side + " of the baseline.";
 }
 
 std::string for_fail(const GateOutcome& outcome) {

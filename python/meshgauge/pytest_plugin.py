@@ -191,7 +191,8 @@ def _in_words(result: Result, report: str) -> str:
     unit = f" {result.unit}" if result.unit else ""
     criteria = sorted(result.criteria, key=lambda one: one["name"] != result.document["foremost"])
     lines = [f"{one['verdict']}: {one['finding']}" for one in criteria]
-    witness = criteria[0].get("witness")
+    worst = [one for one in criteria if one["verdict"] == criteria[0]["verdict"]]
+    witness = next((one["witness"] for one in worst if one.get("witness")), None)
     if witness:
         names = {"a": ("actual", "expected"), "b": ("expected", "actual")}[witness["on"]]
         found = f"look at {_point(witness['point'])}{unit} on triangle {witness['triangle']} of {names[0]}"

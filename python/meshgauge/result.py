@@ -124,7 +124,7 @@ class Result:
         """Each limit, then each expectation: a dict with "name", "limit", "lower", "upper", "verdict", "finding", ... as in
         the HTTP API (docs/api.md). `verdict` is the worst of them. Empty without a limit and without expect.
         """
-        return list(self._document["criteria"])
+        return list(self._document.get("criteria", []))
 
     @property
     def notes(self) -> list[str]:

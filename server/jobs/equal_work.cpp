@@ -8,7 +8,9 @@
 namespace meshgauge::server {
 
 std::string work_of(const store::NewJob& job) {
-  const std::string all = job.mesh_a + "\n" + job.mesh_b + "\n" + job.hints + "\n" + job.options + "\n" + version();
+  constexpr const char* kForm = "1";  // of a result: another one after each change of what a result has
+  const std::string all =
+      job.mesh_a + "\n" + job.mesh_b + "\n" + job.hints + "\n" + job.options + "\n" + version() + "\n" + kForm;
   return api::sha256_hex(std::as_bytes(std::span(all)));
 }
 

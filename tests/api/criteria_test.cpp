@@ -56,7 +56,7 @@ TEST_CASE("criteria: one for each limit, in the order of the request") {
   const auto criteria = api::criteria_of(all.outcome, all.options);
   std::vector<std::string> names;
   for (const Criterion& one : criteria) names.push_back(one.name);
-  CHECK(names == std::vector<std::string>{"distance in no region", "distance inside", "distance outside",
+  CHECK(names == std::vector<std::string>{"distance outside of all regions", "distance inside", "distance outside",
                                           "distance in bore", "share beyond"});
   CHECK(criteria[0].limit == 0.5);
   CHECK(criteria[0].region == "rest");
@@ -129,11 +129,23 @@ TEST_CASE("criteria: the foremost has the worst verdict, and comes first in shar
   CHECK(at({of(1e-300, 1, 0), of(2, 2, 1)}) == 0);  // a limit of 0 is exceeded beyond all measure
 }
 
+TEST_CASE("criteria: the place to look at is of a limit that is not kept, though a share without a place comes first") {
+  Everything all;
+  all.outcome.areas->a_to_b->beyond = {{0.9, 1}, {0.9, 1}};
+  const auto criteria = api::criteria_of(all.outcome, all.options);
+  CHECK(api::foremost(criteria).name == "share beyond");
+  CHECK(api::foremost_place(criteria) == nullptr);  // the point outside is not known
+  all.outcome.sides->outside.at = Vec3(4, 5, 6);
+  const auto located = api::criteria_of(all.outcome, all.options);
+  REQUIRE(api::foremost_place(located));
+  CHECK(api::foremost_place(located)->side == "outside");
+}
+
 TEST_CASE("criteria: sentences with few digits, each number on its side of the limit") {
   const Everything all;
   const auto criteria = api::criteria_of(all.outcome, all.options);
   CHECK(api::finding_of(criteria[0], "mm") ==
-        "the distance in no region is at most 0.35 mm, within the limit of 0.5 mm \xC2\xB1 0.125 mm");
+        "the distance outside of all regions is at most 0.35 mm, within the limit of 0.5 mm \xC2\xB1 0.125 mm");
   CHECK(api::finding_of(criteria[2], "") ==
         "the distance outside is at least 2.5, above the limit of 2 \xC2\xB1 0.125");
   CHECK(api::finding_of(criteria[2], "", "0.3 % of the diagonal").ends_with("above the limit of 0.3 % of the diagonal"));
@@ -160,7 +172,7 @@ TEST_CASE("criteria: what is written is read back, and its verdict is that of th
   }
   auto json = api::json_of(api::criteria_of(all.outcome, all.options).back(), "mm");
   for (const char* text : {R"({"lower":-1})", R"({"upper":2})", R"({"lower":0.5,"upper":0.25})", R"({"of":"mass"})",
-                           R"({"limit":null})", R"({"beyond":null})", R"({"status":3})", R"({"witness":{}})"}) {
+                           R"({"limit":null})", R"({"refused":"x"})", R"({"beyond":null})", R"({"status":3})", R"({"witness":{}})"}) {
     CAPTURE(text);
     auto wrong = json;
     wrong.update(nlohmann::ordered_json::parse(text));

@@ -190,7 +190,7 @@ TEST_CASE("request: a limit of the area") {
   CHECK(refusal(R"({"gate": {"max_share_beyond": 1}})").where == "/gate/max_share_beyond");
   CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1}}})").message.find("needs distance and share") !=
         std::string::npos);
-  for (const char* share : {"1.2", "-0.1", "120", "\"1 %\"", "null"}) {
+  for (const char* share : {"1.2", "-0.1", "120", "\"0.01\"", "null"}) {
     CAPTURE(share);
     CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1, "share": )" + std::string(share) + "}}}").where ==
           "/gate/max_share_beyond/share");
@@ -217,7 +217,7 @@ TEST_CASE("request: a zone and sides") {
   }
   CHECK(refusal(R"({"gate": {"zone": [0.1, 0.2]}})").where == "/gate/zone/0");
   CHECK(refusal(R"({"gate": {"zone": [-0.1, -0.2]}})").where == "/gate/zone/1");
-  CHECK(refusal(R"({"gate": {"zone": ["-0.1", 0.2]}})").where == "/gate/zone/0");
+  CHECK(refusal(R"({"gate": {"zone": ["0.1", 0.2]}})").where == "/gate/zone/0");
   CHECK(refusal(R"({"gate": {"zone": [-0.1, 0.2], "uncertainty": 0.15}})").where == "/gate/uncertainty");
   CHECK(refusal(R"({"gate": {"zone": [-0.1, 0.2]}, "direction": "b_to_a"})").where == "/gate/zone");
   CHECK(refusal(R"({"direction": "b_to_a", "sides": true})").where == "/sides");
@@ -387,4 +387,60 @@ TEST_CASE("request: wrong regions are refused with their place") {
   std::string many = "[";
   for (int i = 0; i < 65; ++i) many += (i ? ", {" : "{") + ("\"name\": \"" + std::to_string(i) + "\", ") + box + "}";
   CHECK(where(many + "]") == "/regions");
+}
+
+TEST_CASE("request: limits with a unit, shares in percent and the directions of a gate mean what they mean in a manifest") {
+  const auto same = [](const char* words, const char* numbers) {
+    const auto one = parse_options(words), other = parse_options(numbers);
+    REQUIRE_MESSAGE(one.ok(), words, ": ", one.error().message);
+    REQUIRE(other.ok());
+    CHECK(one->options.max_distance == other->options.max_distance);
+    CHECK(one->options.max_share_beyond == other->options.max_share_beyond);
+    CHECK(one->options.zone == other->options.zone);
+    CHECK(one->options.uncertainty == other->options.uncertainty);
+    CHECK(one->options.units == other->options.units);
+    CHECK(one->options.direction == other->options.direction);
+    REQUIRE(one->options.regions.size() == other->options.regions.size());
+    if (!one->options.regions.empty())
+      CHECK(one->options.regions[0].max_distance == other->options.regions[0].max_distance);
+  };
+  same(R"({"gate": {"max_distance": "0.2 mm"}})", R"({"gate": {"max_distance": 0.2, "units": "mm"}})");
+  same(R"({"gate": {"max_distance": " 0.2"}})", R"({"gate": {"max_distance": 0.2}})");
+  same(R"({"gate": {"max_distance": "0.2 inches", "uncertainty": "0.01in"}})",
+       R"({"gate": {"max_distance": 0.2, "uncertainty": 0.01, "units": "in"}})");
+  same(R"({"gate": {"max_distance": "0.2 mm", "units": "millimetres"}})",
+       R"({"gate": {"max_distance": 0.2, "units": "mm"}})");
+  same(R"({"gate": {"max_distance": "0.2 mm", "uncertainty": 0.1, "units": "mm"}})",
+       R"({"gate": {"max_distance": 0.2, "uncertainty": 0.1, "units": "mm"}})");
+  same(R"({"gate": {"max_share_beyond": {"distance": "0.05 mm", "share": "1 %"}}})",
+       R"({"gate": {"max_share_beyond": {"distance": 0.05, "share": 0.01}, "units": "mm"}})");
+  same(R"({"gate": {"zone": ["-0.05 mm", "+0.1 mm"]}})", R"({"gate": {"zone": [-0.05, 0.1], "units": "mm"}})");
+  same(R"({"gate": {"zone": [0, "0.1 mm"]}})", R"({"gate": {"zone": [0, 0.1], "units": "mm"}})");
+  same(R"({"direction": "candidate_to_baseline"})", R"({"direction": "a_to_b"})");
+  same(R"({"direction": "baseline_to_candidate"})", R"({"direction": "b_to_a"})");
+  same(R"({"gate": {"max_distance": "2 mm"}, "regions": [{"name": "x", "sphere": {"centre": [0, 0, 0], "radius": 1},
+           "max_distance": "1 mm"}]})",
+       R"({"gate": {"max_distance": 2, "units": "mm"}, "regions": [{"name": "x",
+           "sphere": {"centre": [0, 0, 0], "radius": 1}, "max_distance": 1}]})");
+}
+
+TEST_CASE("request: a text that is no quantity, or in another unit, is refused at its place") {
+  for (const auto& [text, where, says] : std::vector<std::tuple<const char*, const char*, const char*>>{
+           {R"({"gate": {"max_distance": "0,2 mm"}})", "/gate/max_distance", "decimals behind a point"},
+           {R"({"gate": {"max_distance": "0.2 parsec"}})", "/gate/max_distance", "must have a unit of length"},
+           {R"({"gate": {"max_distance": "-1 mm"}})", "/gate/max_distance", "at least 0"},
+           {R"({"gate": {"max_distance": "0.5 %"}})", "/gate/max_distance", "must be a length here"},
+           {R"({"gate": {"max_distance": "0.2 mm", "uncertainty": "0.01 in"}})", "/gate/uncertainty", "in one unit"},
+           {R"({"gate": {"max_distance": "0.2 mm", "uncertainty": 0.01}})", "/gate/uncertainty", "has no unit"},
+           {R"({"gate": {"max_distance": "0.2 mm", "units": "b"}})", "/gate/units", "write both in the same unit"},
+           {R"({"gate": {"max_distance": "0.2 mm", "units": "m"}})", "/gate/units", "write both in the same unit"},
+           {R"({"gate": {"zone": ["0.1 mm", "0.1 mm"]}})", "/gate/zone/0", ""},
+           {R"({"gate": {"max_share_beyond": {"distance": 1, "share": "0.01"}}})", "/gate/max_share_beyond/share", "percent"},
+           {R"({"gate": {"max_share_beyond": {"distance": 1, "share": "101 %"}}})", "/gate/max_share_beyond/share", "0 % to 100 %"},
+           {R"({"direction": "candidate"})", "/direction", "must be one of"}}) {
+    CAPTURE(text);
+    const Error error = refusal(text);
+    CHECK(error.where == where);
+    CHECK(error.message.find(says) != std::string::npos);
+  }
 }

@@ -62,7 +62,10 @@ Result<Measured> with_area(const std::string& found, std::optional<double> max_d
   Json document = Json::parse(
       R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.25,"upper":0.5},"criteria":[]})");
   if (max_distance) document["criteria"].push_back(api::json_of(distance(0.25, 0.5, *max_distance), ""));
-  if (!found.empty()) document["criteria"].push_back(criterion(share(0.1, 0.01, 0, 1, "timeout"), Json::parse(found)));
+  if (!found.empty()) {
+    document["criteria"].push_back(criterion(share(0.1, 0.01, 0, 1, "timeout"), Json::parse(found)));
+    document["share_beyond"]["share"] = Json::parse(found);
+  }
   return measured_from(document, {max_distance, api::ShareLimit{0.1, 0.01}});
 }
 
@@ -97,7 +100,7 @@ TEST_CASE("outcome: a share that a service may invent is refused") {
     CAPTURE(share);
     const auto refused = with_area(share);
     REQUIRE_FALSE(refused.ok());
-    CHECK(refused.error().message.find("criterion 1 is not the share beyond") != std::string::npos);
+    CHECK(refused.error().message.find("criterion 1 ") != std::string::npos);
   }
 }
 
@@ -185,6 +188,13 @@ TEST_CASE("outcome: a document with other criteria than were asked for is refuse
   CHECK(refused(share(0.5, 0.5, 0.1, 0.2)));
   CHECK(refused(on_side("inside", distance(0.1, 0.2, 0.5))));
   CHECK(refused(in_region("bore", distance(0.1, 0.2, 0.5))));
+  CHECK(refused(distance(0.1, 0.15, 0.5)));  // contradicts `distance`
+  document["criteria"] = {api::json_of(distance(0.1, 0.2, 0.5), ""), api::json_of(distance(0.1, 0.2, 0.6), "")};
+  CHECK(measured_from(document, {0.5, {}}).error().message.find("criterion 2 was not asked for") != std::string::npos);
+  document["criteria"][1] = api::json_of(api::criterion_of({"watertight", api::Verdict::pass, "yes", "yes"}), "");
+  CHECK(measured_from(document, {0.5, {}}).ok());
+  document["criteria"][0]["refused"] = "mesh b is open";
+  CHECK(!measured_from(document, {0.5, {}}).ok());
   document.erase("criteria");
   CHECK(measured_from(document, {0.5, {}}).error().message.find("update the service") != std::string::npos);
 }
@@ -192,8 +202,8 @@ TEST_CASE("outcome: a document with other criteria than were asked for is refuse
 TEST_CASE("outcome: the region that fails is the foremost, and its point is the witness") {
   Json document = Json::parse(
       R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.1,"upper":0.2},"regions":[
-      {"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.1,"upper":0.2}},
-      {"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":1e-8}}]})");
+      {"name":"bore","status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.1,"upper":0.2}},
+      {"name":"rest","status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":1e-8}}]})");
   Criterion bore = in_region("bore", distance(0.1, 0.2, 0.05));
   bore.at = Criterion::Place{false, {1, 2, 3}, 7, Vec3(1, 2, 4), 9};
   document["criteria"] = {api::json_of(in_region("rest", distance(0, 1e-8, 0.5)), ""), api::json_of(bore, "")};

@@ -102,7 +102,7 @@ class Regions(ServerCase):
         asked = {"gate": {"max_distance": 3}, "threads": 1, "regions": [limited(LEFT, 2.5), BALL]}
         self.assertEqual(document["regions"], self.measured(**asked)["regions"])
         self.assertRegex(table, r"(?m)^  pass      the distance in left is at most \S+, within the limit of 2\.5$")
-        self.assertRegex(table, r"(?m)^  pass      the distance in no region is at most \S+, within the limit of 3$")
+        self.assertRegex(table, r"(?m)^  pass      the distance outside of all regions is at most \S+, within the limit of 3$")
         self.assertRegex(table, r"(?m)^region    left: \S+ \.\. \S+$")
 
     def test_in_a_batch(self):
@@ -113,7 +113,7 @@ class Regions(ServerCase):
         line, = results(self.server, path)
         self.assertEqual([one["verdict"] for one in line["result"]["regions"]], ["fail", "pass"])
         said = self.server.get(path + "/junit.xml").body.decode()
-        self.assertRegex(said, r"fail: the distance in left is at least \S+, above the limit of 1\.5; pass: the distance in no region is")
+        self.assertRegex(said, r"fail: the distance in left is at least \S+, above the limit of 1\.5; pass: the distance outside of all regions is")
 
 
 if __name__ == "__main__":

@@ -136,7 +136,7 @@ TEST_CASE("history: each region has a chart, from the run on that has it") {
   CHECK(lines.find("regions") > lines.find('\n'));  // the first run has none
   const auto charts = charts_of(report.outcomes[0]);
   REQUIRE(charts.size() == 2);
-  CHECK(charts[0].what == "the distance in no region");
+  CHECK(charts[0].what == "the distance outside of all regions");
   CHECK(charts[0].runs[2].upper == 0.0123);
   CHECK(charts[1].what == "the distance in bore");
   REQUIRE(charts[1].runs.size() == 3);

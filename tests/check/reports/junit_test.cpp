@@ -133,6 +133,6 @@ TEST_CASE("junit: a zone, and a baseline without sides") {
   CHECK(property(suite_of(document), "outside.limit") == "0.1");
   CHECK(property(suite_of(refused), "inside.limit") == "0.05");
   CHECK(property(suite_of(refused), "inside.lower").empty());
-  CHECK(property(suite_of(refused), "outside.refused") == "the baseline is open");
+  CHECK(property(suite_of(refused), "sides.refused") == "the baseline is open");
   CHECK(to_junit(samples::report_of({open}), {}).find("inf") == std::string::npos);
 }

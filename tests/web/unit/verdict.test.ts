@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { pairNotes, titleOf, unitsOf, witnessesOf, wordingOf } from "../../../server/web/page/text/verdict.js";
+import { pairNotes, titleOf, unitsOf, witnessesOf, witnessesToShow, wordingOf } from "../../../server/web/page/text/verdict.js";
 import { stageTimes, stageWords } from "../../../server/web/page/text/stages.js";
 import { areaBeyond, areaGate, comparison, directed, gate } from "./samples.js";
 
@@ -124,15 +124,15 @@ test("the first witness is the one that attains the lower end, and each has its 
   assert.equal(witnessesOf(comparison({ a_to_b: directed(1, null), b_to_a: null }))[0]?.upper, Infinity);
 });
 
-test("the first witness is that of the foremost criterion, as of a region that fails beside a rest that passes", () => {
+test("the witness that is shown first is that of the foremost criterion, as of a region that fails beside a rest that passes", () => {
   const limit = { of: "distance", verdict: "fail", finding: "", region: "bore", side: null, limit: 0.02, lower: 0.03, upper: 0.031 } as const;
   const at = { on: "a", point: [7, 8, 9], triangle: 11, nearest_point: [7, 8, 10], nearest_triangle: 12 } as const;
   const bore = { ...limit, name: "distance in bore", witness: { ...at, point: [...at.point], nearest_point: [...at.nearest_point] } };
-  const [first, ...others] = witnessesOf(comparison({ foremost: "distance in bore", criteria: [bore] }));
+  const [first, ...others] = witnessesToShow(comparison({ verdict: "fail", foremost: "distance in bore", criteria: [bore] }));
   assert.deepEqual(first, { from: "a", point: [7, 8, 9], nearest: [7, 8, 10], lower: 0.03, upper: 0.031, triangle: 11, nearestTriangle: 12 });
   assert.deepEqual(others.map(({ from }) => from), ["b"]);
   const outside = { ...limit, name: "distance outside", side: "outside", witness: { ...bore.witness, nearest_point: null, nearest_triangle: null } } as const;
-  assert.equal(witnessesOf(comparison({ foremost: "distance outside", criteria: [outside] }))[0]?.triangle, 7);
+  assert.equal(witnessesToShow(comparison({ verdict: "fail", foremost: "distance outside", criteria: [outside] }))[0]?.triangle, 7);
 });
 
 test("the title of the document tells the verdict", () => {

@@ -4,7 +4,7 @@ import type { Comparison, Side } from "../api/types.js";
 import { button, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
 import { asSentence, explain } from "../text/problems.js";
-import { unitsOf, witnessesOf } from "../text/verdict.js";
+import { unitsOf, witnessesOf, witnessesToShow } from "../text/verdict.js";
 import { downloadButton } from "./share.js";
 
 const shownTriangles = 200_000; // more makes the picture slower, and no clearer
@@ -58,7 +58,7 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
       ...(result.gate?.zone ? { zone: { inside: -result.gate.zone[0], outside: result.gate.zone[1] } } : {}),
       ...(inside && outside ? { reached: { inside: inside.lower, outside: outside.lower } } : {}),
       units: unitsOf(result),
-      witnesses: witnessesOf(result),
+      witnesses: witnessesToShow(result),
     });
     return () => viewer.dispose();
   } catch (error) {

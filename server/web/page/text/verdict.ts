@@ -28,17 +28,22 @@ export interface FoundWitness {
 /** What a mesh is measured by: a cloud by its points. */
 export const pieceOf = (result: Comparison, side: Side): string => (result.meshes[side].triangles === 0 ? "point" : "triangle");
 
-/** One per direction that has one: first that of the foremost criterion, which may be a region's, then the one that attains the lower end. */
+/** One per direction that has one; the first attains the lower end of the interval. */
 export function witnessesOf(result: Comparison): FoundWitness[] {
   const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
-  found.sort((one, other) => other.lower - one.lower);
-  const first = foremostWitness(result);
+  return found.sort((one, other) => other.lower - one.lower);
+}
+
+/** The same, but first the point of a limit that is not kept, which may be a region's. */
+export function witnessesToShow(result: Comparison): FoundWitness[] {
+  const found = witnessesOf(result), first = result.verdict === "pass" ? null : foremostWitness(result);
   return first ? [first, ...found.filter(({ from }) => from !== first.from)] : found;
 }
 
 // Results made before 0.2.0 have no criteria; a side's point has no nearest one.
-function foremostWitness({ foremost, criteria = [] }: Partial<Pick<Comparison, "foremost" | "criteria">>): FoundWitness | null {
-  const shown = criteria.find(({ name }) => name === foremost), at = shown?.witness;
+function foremostWitness({ verdict, foremost, criteria = [] }: Pick<Comparison, "verdict"> & Partial<Pick<Comparison, "foremost" | "criteria">>): FoundWitness | null {
+  const worst = criteria.filter((one) => one.verdict === verdict && one.witness?.nearest_point);
+  const shown = worst.find(({ name }) => name === foremost) ?? worst[0], at = shown?.witness;
   if (!at?.nearest_point || at.nearest_triangle === null) return null;
   const { on, point, triangle, nearest_point, nearest_triangle } = at;
   return { from: on, point, nearest: nearest_point, lower: shown?.lower ?? 0, upper: shown?.upper ?? Infinity, triangle, nearestTriangle: nearest_triangle };
