@@ -164,6 +164,11 @@ class BatchReader {
 
 }  // namespace
 
+bool is_mesh_id(std::string_view text) {
+  return text.size() == 64 &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
 Result<StoredPair> parse_stored_pair(std::string_view json) {
   const std::string document = "body";
   const auto tree = parse_document(json, document, kMaxOptionsBytes);

@@ -24,6 +24,9 @@ struct BatchMesh {
   std::string part;  // name of a part of the request; empty: `id` names the mesh
 };
 
+// Whether the text is the id of a mesh: 64 lower-case hex digits.
+bool is_mesh_id(std::string_view text);
+
 struct BatchPair {
   std::string name;  // may be empty; need not be unique
   BatchMesh a;

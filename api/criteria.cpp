@@ -31,7 +31,7 @@ std::optional<Criterion::Place> place_of(const std::optional<Witness>& witness, 
   return Criterion::Place{on_a, witness->point_a, witness->triangle_a, witness->point_b, witness->triangle_b};
 }
 
-// Of the direction that attains the larger lower bound.
+// Returns the place of the direction that attains the larger lower bound.
 std::optional<Criterion::Place> place_of(const Bounds* a_to_b, const Bounds* b_to_a) {
   const bool has_a = a_to_b && a_to_b->witness, has_b = b_to_a && b_to_a->witness;
   if (has_b && (!has_a || b_to_a->lower > a_to_b->lower)) return place_of(b_to_a->witness, false);
@@ -57,8 +57,8 @@ Criterion of_distance(double limit, double uncertainty, double lower, double upp
 Criterion of_whole(const Outcome& outcome, const ComparisonOptions& options) {
   Criterion criterion = of_distance(*options.max_distance, options.uncertainty, outcome.lower, outcome.upper,
                                     name_of(kStops, outcome.stop));
-  criterion.at = place_of(outcome.a_to_b ? &outcome.a_to_b->bounds : nullptr,
-                          outcome.b_to_a ? &outcome.b_to_a->bounds : nullptr);
+  criterion.at =
+      place_of(outcome.a_to_b ? &outcome.a_to_b->bounds : nullptr, outcome.b_to_a ? &outcome.b_to_a->bounds : nullptr);
   return judged(std::move(criterion));
 }
 
@@ -124,7 +124,8 @@ std::string distance_finding(const Criterion& criterion, std::string_view unit, 
   const IntervalText figures = figures_of(criterion);
   if (limit.empty()) {
     limit = with_unit(figures.limit, unit);
-    if (criterion.uncertainty > 0) limit += " \xC2\xB1 " + with_unit(to_digits(criterion.uncertainty, kWordDigits), unit);
+    if (criterion.uncertainty > 0)
+      limit += " \xC2\xB1 " + with_unit(to_digits(criterion.uncertainty, kWordDigits), unit);
   }
   const std::string is = "the " + criterion.name + " is ", lower = with_unit(figures.lower, unit),
                     upper = with_unit(figures.upper, unit);
@@ -149,7 +150,9 @@ Json place_json(const std::optional<Criterion::Place>& at) {
           {"nearest_triangle", at->nearest ? Json(at->nearest_triangle) : Json(nullptr)}};
 }
 
-Vec3 read_point(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
+Vec3 read_point(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
 
 std::uint32_t read_triangle(const Json& json) {
   const auto index = json.get<double>();
@@ -200,10 +203,10 @@ std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptio
                                    : of_whole(outcome, options));
   if (options.zone) {
     const bool known = outcome.sides && !outcome.sides->refused;
-    criteria.push_back(of_side("inside", options.zone->inside, known ? &outcome.sides->inside : nullptr, outcome,
-                               options, unit));
-    criteria.push_back(of_side("outside", options.zone->outside, known ? &outcome.sides->outside : nullptr, outcome,
-                               options, unit));
+    criteria.push_back(
+        of_side("inside", options.zone->inside, known ? &outcome.sides->inside : nullptr, outcome, options, unit));
+    criteria.push_back(
+        of_side("outside", options.zone->outside, known ? &outcome.sides->outside : nullptr, outcome, options, unit));
   }
   if (options.max_distance)
     for (std::size_t i = 0; i + 1 < outcome.regions.size(); ++i)

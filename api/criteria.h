@@ -26,28 +26,29 @@ struct Criterion {
   struct Place {
     bool on_a = true;
     Vec3 point = Vec3::Zero();
-    std::uint32_t triangle = 0;            // 0-based, as read; of a cloud the point's index
-    std::optional<Vec3> nearest;           // on the other mesh; nullopt: not known
-    std::uint32_t nearest_triangle = 0;    // that holds `nearest`
+    std::uint32_t triangle = 0;          // 0-based, as read; of a cloud the point's index
+    std::optional<Vec3> nearest;         // on the other mesh; nullopt: not known
+    std::uint32_t nearest_triangle = 0;  // that holds `nearest`
   };
 
   Of of = Of::distance;
   std::string name;  // unique: "distance", "distance in bore", "distance outside", "share beyond", "watertight"
   Verdict verdict = Verdict::undecided;
 
-  // Of a distance or a share. Lengths are in the unit of the result; limit and bounds of a share are from 0 to 1.
-  std::string region{};             // of the request, or kRest; empty: without regions
-  std::string side{};               // "inside", "outside": how far mesh a reaches there; empty: of no side
-  std::optional<double> beyond{};   // the share is of the area that is farther than this
+  // A limit, of a distance or a share. Lengths are in the unit of the result; limit and bounds of a share are from 0
+  // to 1.
+  std::string region{};            // of the request, or kRest; empty: without regions
+  std::string side{};              // "inside", "outside": how far mesh a reaches there; empty: of no side
+  std::optional<double> beyond{};  // the share is of the area that is farther than this
   double limit = 0;
   double uncertainty = 0;  // of the distance, or of `beyond`
   double lower = 0;        // certified
   double upper = std::numeric_limits<double>::infinity();
-  std::string status{};        // why the work on it ended: "converged", "timeout", "complete", ...
-  std::optional<Place> at{};   // nullopt: none is known, or of a share
-  std::string refused{};       // why mesh b has no sides: "mesh b is open: ..."; empty: it has
+  std::string status{};       // why the work on it ended: "converged", "timeout", "complete", ...
+  std::optional<Place> at{};  // nullopt: none is known, or of a share
+  std::string refused{};      // why mesh b has no sides: "mesh b is open: ..."; empty: it has
 
-  // Of an expectation, in words: "at most 20000", "24512".
+  // An expectation, in words: "at most 20000", "24512".
   std::string expected{}, found{};
   bool known = true;  // false: the time ended before anything was found
 
@@ -82,8 +83,8 @@ Verdict verdict_of(const Criterion& limit);
 // Returns the limit with its name and its verdict, which follow from the rest.
 Criterion judged(Criterion limit);
 
-// Returns bounds and limit as texts, each number on its side of the limit; with an uncertainty, of what it leaves of pass
-// and of fail. Of a share in percent. Precondition: no expectation.
+// Returns bounds and limit as texts, each number on its side of the limit; with an uncertainty, of what it leaves of
+// pass and of fail. Of a share in percent. Precondition: no expectation.
 IntervalText figures_of(const Criterion& criterion);
 
 // Returns "the distance in bore is at least 0.0312 mm, above the limit of 0.02 mm", without full stop. `unit`: of the

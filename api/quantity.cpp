@@ -33,8 +33,9 @@ std::optional<Quantity> split(std::string_view text) {
 Error no_length(std::string_view text, bool or_share) {
   const bool comma = text.find(',') != std::string_view::npos;
   return refused(std::string("must be ") +
-                 (or_share ? "a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %)"
-                           : "a number (0.05) or a number and a unit (0.05 mm)") +
+                 (or_share
+                      ? "a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %)"
+                      : "a number (0.05) or a number and a unit (0.05 mm)") +
                  ", not " + shown_text(text) + (comma ? "; write the decimals behind a point" : ""));
 }
 

@@ -393,9 +393,4 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
   return request;
 }
 
-bool is_mesh_id(std::string_view text) {
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
-
 }  // namespace meshgauge::api

@@ -79,6 +79,4 @@ struct StoredPair {
 // Parses a comparison of stored meshes, without checking its options. Errors: as for parse_options().
 Result<StoredPair> parse_stored_pair(std::string_view json);
 
-bool is_mesh_id(std::string_view text);
-
 }  // namespace meshgauge::api

@@ -67,7 +67,8 @@ class Words {
     if (is_signed) text = trimmed(text.substr(1));
     const auto found = parse_length(text, false);
     if (!found && text.ends_with('%'))
-      return fail(pointer, "must be a length here: `meshgauge check` takes a share of the diagonal, as " + shown(value));
+      return fail(pointer,
+                  "must be a length here: `meshgauge check` takes a share of the diagonal, as " + shown(value));
     if (!found) return fail(pointer, found.error().message);
     if (found->unit && unit_ && *unit_ != *found->unit)
       fail(pointer, "is in " + std::string(to_string(*found->unit)) + ", and another limit is in " +

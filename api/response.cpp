@@ -100,9 +100,8 @@ void add_limits(const std::vector<Criterion>& criteria, const std::optional<Leng
   for (const Criterion& one : criteria) {
     if (!one.side.empty()) of_zone = worst(of_zone.value_or(one.verdict), one.verdict);
     if (one.of == Criterion::Of::share)
-      json["share_beyond"] = {{"distance", *one.beyond},
-                              {"share", interval(one.lower, one.upper)},
-                              {"verdict", to_string(one.verdict)}};
+      json["share_beyond"] = {
+          {"distance", *one.beyond}, {"share", interval(one.lower, one.upper)}, {"verdict", to_string(one.verdict)}};
   }
   if (of_zone) json["sides"]["verdict"] = to_string(*of_zone);
   json["foremost"] = criteria.empty() ? Json(nullptr) : Json(foremost(criteria).name);

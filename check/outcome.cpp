@@ -174,15 +174,9 @@ std::string_view to_string(Level level) {
 
 api::ResultFacts facts_of(const Measured& measured) {
   const Criterion* outside = measured.find(Criterion::Of::distance, "", "outside");
-  return {measured.shown,
-          measured.lower,
-          measured.upper,
-          measured.witness,
-          measured.direction,
-          measured.units,
-          measured.motion,
-          outside != nullptr,
-          outside ? outside->refused : ""};
+  return {measured.shown,   measured.lower,     measured.upper,
+          measured.witness, measured.direction, measured.units,
+          measured.motion,  outside != nullptr, outside ? outside->refused : ""};
 }
 
 const Criterion* Measured::find(Criterion::Of of, std::string_view region, std::string_view side) const {

@@ -57,7 +57,7 @@ struct Measured {
   std::vector<std::string> unread{};     // notes on what was not read of a surface, and so not measured
   std::string status;                    // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;  // of all limits
-  // Of the direction that attains `lower`; unless the gate passes, that of api::foremost_place(). nullopt: none.
+  // The witness of the direction that attains `lower`; unless the gate passes, of api::foremost_place(). nullopt: none.
   std::optional<Witness> witness;
   double reached = 0;                             // the lower bound that the witness attains
   std::optional<api::ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured

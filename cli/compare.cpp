@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "api/criteria.h"
 #include "api/gate.h"
 #include "api/measured_pair.h"
 #include "api/mesh_file.h"
@@ -20,7 +21,6 @@
 #include "api/refused.h"
 #include "api/region_json.h"
 #include "api/request.h"
-#include "api/criteria.h"
 #include "api/response.h"
 #include "api/result_document.h"
 #include "check/deviation.h"
@@ -203,7 +203,8 @@ Result<Done> set_machine(const Flags& flags, Options& options) {
 Result<api::Request> to_request(const Flags& flags) {
   api::Request request;
   api::ComparisonOptions& options = request.options;
-  if (auto ok = set_name(api::kDirectionWords, "--direction", flags.direction, options.direction); !ok) return ok.error();
+  if (auto ok = set_name(api::kDirectionWords, "--direction", flags.direction, options.direction); !ok)
+    return ok.error();
   if (auto ok = set_name(api::kStrategies, "--strategy", flags.strategy, options.strategy); !ok) return ok.error();
   if (auto ok = set_points(flags, options); !ok) return ok.error();
   if (auto ok = set_tolerance(flags, options.tolerance); !ok) return ok.error();
@@ -305,7 +306,9 @@ int run(const Flags& flags) {
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
-  CLI::App& command = *app.add_subcommand("compare", "Measure the distance between two mesh files; with a limit: exit 0 pass, 1 fail, 2 undecided, 3 error");
+  CLI::App& command = *app.add_subcommand(
+      "compare",
+      "Measure the distance between two mesh files; with a limit: exit 0 pass, 1 fail, 2 undecided, 3 error");
   const auto flags = std::make_shared<Flags>();
   command
       .add_option(

@@ -132,8 +132,8 @@ std::string interval_line(const Criterion& criterion) {
   const double pass = u > 0 ? place(criterion.limit - u) : 0.5, fail = u > 0 ? place(criterion.limit + u) : 0.5;
   std::string out =
       box("zone pass", 0, pass, 3, 14) + box("zone fail", fail, 1, 3, 14) + box("zone-hatch", fail, 1, 3, 14);
-  out +=
-      interval_bar(place(criterion.lower), place(criterion.upper), verdict_of(criterion.verdict), 7, 6) + line("limit", 0.5, 0, 20);
+  out += interval_bar(place(criterion.lower), place(criterion.upper), verdict_of(criterion.verdict), 7, 6) +
+         line("limit", 0.5, 0, 20);
   return "<svg class=\"interval-line\" width=\"100%\" height=\"20\" aria-hidden=\"true\">" + out + "</svg>";
 }
 

@@ -196,15 +196,15 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
     return "Not decided: the limit of " + limit + " lies between the bounds of the " + of + ", " + text.lower +
            " and " + with_unit(text.upper, unit) + ". ";
   }
-  const std::string found = criterion.beyond
-                                ? api::share_in_words(criterion, outcome.unit())
-                                : "the " + criterion.name + " is at " + (is_pass ? "most " : "least ") +
-                                      with_unit(is_pass ? text.upper : text.lower, unit);
+  const std::string found = criterion.beyond ? api::share_in_words(criterion, outcome.unit())
+                                             : "the " + criterion.name + " is at " + (is_pass ? "most " : "least ") +
+                                                   with_unit(is_pass ? text.upper : text.lower, unit);
   return (is_pass ? "Certainly within the limit of " : "Certainly beyond the limit of ") + limit + ": " + found + end;
 }
 
 std::string uncertainty_text(const GateOutcome& outcome) {
-  const double u = outcome.measured ? outcome.measured->criteria.front().uncertainty : outcome.gate.uncertainty.max_distance.value_or(0);
+  const double u = outcome.measured ? outcome.measured->criteria.front().uncertainty
+                                    : outcome.gate.uncertainty.max_distance.value_or(0);
   return u > 0 ? " \xC2\xB1 " + with_unit(to_digits(u, 6), outcome.unit()) : "";
 }
 

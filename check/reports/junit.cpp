@@ -44,7 +44,8 @@ void add_measured(Properties& properties, const Measured& measured) {
   properties.emplace_back("lower", shortest(measured.lower));
   properties.emplace_back("upper", shortest(measured.upper));
   for (const Criterion& criterion : measured.criteria) add(criterion, properties);
-  if (const double u = measured.criteria.front().uncertainty; u > 0) properties.emplace_back("uncertainty", shortest(u));
+  if (const double u = measured.criteria.front().uncertainty; u > 0)
+    properties.emplace_back("uncertainty", shortest(u));
   properties.emplace_back("status", shown_name(measured.status));
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);
   if (!measured.witness) return;

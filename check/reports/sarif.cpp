@@ -122,7 +122,8 @@ Json properties_of(const GateOutcome& outcome) {
   for (const Expectation& one : outcome.expectations) criteria.push_back(api::criterion_of(one));
   properties["foremost"] = shown_name(api::foremost(criteria).name);
   for (Criterion& shown : criteria) {
-    for (std::string* text : {&shown.name, &shown.region, &shown.status, &shown.refused, &shown.found, &shown.expected}) {
+    for (std::string* text :
+         {&shown.name, &shown.region, &shown.status, &shown.refused, &shown.found, &shown.expected}) {
       if (!text->empty()) *text = shown_name(*text);
     }
     properties["criteria"].push_back(api::json_of(shown, outcome.unit()));

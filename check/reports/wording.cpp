@@ -108,7 +108,8 @@ std::string interval_in_words(const GateOutcome& outcome, const Criterion& crite
 }
 
 std::string finding_of(const GateOutcome& outcome, const Criterion& criterion) {
-  return shown_name(api::finding_of(criterion, outcome.unit(), criterion.beyond ? "" : limit_in_words(outcome, criterion)));
+  return shown_name(
+      api::finding_of(criterion, outcome.unit(), criterion.beyond ? "" : limit_in_words(outcome, criterion)));
 }
 
 // What is found of each limit, once where two find the same.

@@ -19,10 +19,10 @@ std::string shown_text(
 
 using api::figures_of;
 
-// Of the foremost criterion; without a measurement the limits as the gate says them.
+// Returns the limit of the foremost criterion; without a measurement the limits as the gate says them.
 std::string limit_of(const GateOutcome& outcome);  // "0.05 mm", "0.0173 (0.5 % of the baseline's diagonal)"
-// Returns "0.0968 .. 0.0977 mm" of the foremost criterion, "bore: 0.0968 .. 0.0977 mm" of a region; "at least 0.0968 mm"
-// for a fail whose upper bound says little, because it is more than twice the lower one; empty without an interval.
+// Returns "0.0968 .. 0.0977 mm" of the foremost criterion, "bore: 0.0968 .. 0.0977 mm" of a region; "at least 0.0968
+// mm" for a fail whose upper bound says little, because it is more than twice the lower one; empty without an interval.
 std::string interval_of(const GateOutcome& outcome);
 // The limit of a distance as the gate says it: of the region, or of the gate.
 const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion);

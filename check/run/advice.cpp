@@ -42,9 +42,8 @@ std::string for_fail(const GateOutcome& outcome) {
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   return "Look at " + with_unit(in_words(witness->from), unit) + " on " + measured.place_of_witness() + " of the " +
-         from + ": it is " + with_unit(shortest(measured.reached), unit) +
-         " or more from the " + to + ", nearest to " + with_unit(in_words(witness->to), unit) + " on triangle " +
-         std::to_string(witness->to_triangle) + "." +
+         from + ": it is " + with_unit(shortest(measured.reached), unit) + " or more from the " + to + ", nearest to " +
+         with_unit(in_words(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) + "." +
          (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 

@@ -112,8 +112,7 @@ Json json_of(const std::vector<PastRun>& runs) {
 Json criteria_json(const GateOutcome& outcome) {
   Json all = Json::array();
   if (!outcome.measured) return all;
-  for (const Criterion& criterion : outcome.measured->criteria)
-    all.push_back(api::json_of(criterion, outcome.unit()));
+  for (const Criterion& criterion : outcome.measured->criteria) all.push_back(api::json_of(criterion, outcome.unit()));
   for (const Expectation& one : outcome.expectations)
     all.push_back(api::json_of(api::criterion_of(one), outcome.unit()));
   return all;

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/batch_request.h"
 #include "api/digest.h"
 #include "api/json_of.h"
 #include "api/refused.h"

@@ -4,9 +4,9 @@
 #include <new>
 #include <utility>
 
+#include "api/criteria.h"
 #include "api/gate.h"
 #include "api/problem.h"
-#include "api/criteria.h"
 #include "api/response.h"
 #include "server/heap.h"
 #include "server/jobs/job_document.h"

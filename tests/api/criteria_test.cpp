@@ -78,7 +78,7 @@ TEST_CASE("criteria: one for each limit, in the order of the request") {
   CHECK(api::foremost(criteria).name == "distance outside");
 }
 
-TEST_CASE("criteria: none without a limit; the witness is of the direction that attains the distance") {
+TEST_CASE("criteria: none without a limit, and the witness is of the direction that attains the distance") {
   Outcome outcome;
   CHECK(api::criteria_of(outcome, {}).empty());
   CHECK(!api::worst({}));
@@ -148,9 +148,11 @@ TEST_CASE("criteria: sentences with few digits, each number on its side of the l
         "the distance outside of all regions is at most 0.35 mm, within the limit of 0.5 mm \xC2\xB1 0.125 mm");
   CHECK(api::finding_of(criteria[2], "") ==
         "the distance outside is at least 2.5, above the limit of 2 \xC2\xB1 0.125");
-  CHECK(api::finding_of(criteria[2], "", "0.3 % of the diagonal").ends_with("above the limit of 0.3 % of the diagonal"));
+  CHECK(
+      api::finding_of(criteria[2], "", "0.3 % of the diagonal").ends_with("above the limit of 0.3 % of the diagonal"));
   CHECK(api::finding_of(criteria[4], "mm") ==
-        "between 4.999 and 20.01 % of the area is farther than 0.25 mm \xC2\xB1 0.125 mm: whether at most 12.5 % are is not "
+        "between 4.999 and 20.01 % of the area is farther than 0.25 mm \xC2\xB1 0.125 mm: whether at most 12.5 % are "
+        "is not "
         "known (timeout)");
   CHECK(api::finding_of(api::criterion_of({"triangles", api::Verdict::fail, "12", "at most 10"}), "") ==
         "triangles: 12, expected at most 10");
@@ -171,8 +173,9 @@ TEST_CASE("criteria: what is written is read back, and its verdict is that of th
     CHECK(api::json_of(*read, "mm") == json);
   }
   auto json = api::json_of(api::criteria_of(all.outcome, all.options).back(), "mm");
-  for (const char* text : {R"({"lower":-1})", R"({"upper":2})", R"({"lower":0.5,"upper":0.25})", R"({"of":"mass"})",
-                           R"({"limit":null})", R"({"refused":"x"})", R"({"beyond":null})", R"({"status":3})", R"({"witness":{}})"}) {
+  for (const char* text :
+       {R"({"lower":-1})", R"({"upper":2})", R"({"lower":0.5,"upper":0.25})", R"({"of":"mass"})", R"({"limit":null})",
+        R"({"refused":"x"})", R"({"beyond":null})", R"({"status":3})", R"({"witness":{}})"}) {
     CAPTURE(text);
     auto wrong = json;
     wrong.update(nlohmann::ordered_json::parse(text));

@@ -29,7 +29,8 @@ inline Criterion on_side(const std::string& side, Criterion made) {
   return api::judged(std::move(made));
 }
 
-inline Criterion share(double beyond, double limit, double lower, double upper, const std::string& status = "complete") {
+inline Criterion share(double beyond, double limit, double lower, double upper,
+                       const std::string& status = "complete") {
   Criterion made = distance(lower, upper, limit, status);
   made.of = Criterion::Of::share;
   made.beyond = beyond;

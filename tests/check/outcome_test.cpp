@@ -95,8 +95,8 @@ TEST_CASE("outcome: a limit of the area decides alone, or with the distance") {
 
 TEST_CASE("outcome: a share that a service may invent is refused") {
   for (const char* share :
-       {"", R"({"lower":-0.5,"upper":0})", R"({"lower":0.5,"upper":0.25})",
-        R"({"lower":0,"upper":1.5})", R"({"lower":"0","upper":1})", R"({"lower":null,"upper":1})"}) {
+       {"", R"({"lower":-0.5,"upper":0})", R"({"lower":0.5,"upper":0.25})", R"({"lower":0,"upper":1.5})",
+        R"({"lower":"0","upper":1})", R"({"lower":null,"upper":1})"}) {
     CAPTURE(share);
     const auto refused = with_area(share);
     REQUIRE_FALSE(refused.ok());
@@ -108,16 +108,18 @@ namespace {
 
 // At most 1 inside and 2 outside; the sides with the members of `inside` and `outside`.
 Result<Measured> in_zone(const std::string& refused, const std::string& inside, const std::string& outside) {
-  Json document = Json::parse(
-      R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":3},)"
-      R"("gate":{"max_distance":null,"zone":[-1,2]},"sides":{"status":"complete","refused":)" +
-      refused + R"(,"inside":)" + inside + R"(,"outside":)" + outside + "}}");
+  Json document = Json::parse(R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0,"upper":3},)"
+                              R"("gate":{"max_distance":null,"zone":[-1,2]},"sides":{"status":"complete","refused":)" +
+                              refused + R"(,"inside":)" + inside + R"(,"outside":)" + outside + "}}");
   for (const auto& [side, limit] : {std::pair("inside", 1.0), std::pair("outside", 2.0)}) {
     Json found = document["sides"][side];
     if (const Json& why = document["sides"]["refused"]; !why.is_null()) found = {{"refused", why["detail"]}};
     if (found.is_object() && found.contains("point_a"))
-      found["witness"] = {{"on", "a"}, {"point", found["point_a"]}, {"triangle", found["triangle_a"]},
-                          {"nearest_point", nullptr}, {"nearest_triangle", nullptr}};
+      found["witness"] = {{"on", "a"},
+                          {"point", found["point_a"]},
+                          {"triangle", found["triangle_a"]},
+                          {"nearest_point", nullptr},
+                          {"nearest_triangle", nullptr}};
     const double unknown = std::numeric_limits<double>::infinity();
     Criterion asked = on_side(side, distance(0, unknown, limit, "complete"));
     document["criteria"].push_back(found.is_object() || found.is_null() ? criterion(asked, found) : found);

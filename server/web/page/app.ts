@@ -143,7 +143,8 @@ export class App {
     this.leave();
     const names = { a: nameOf(order.a), b: nameOf(order.b) };
     const signal = this.controller.signal;
-    const run = this.openRun(names, order.options.gate?.max_distance ?? null, unitAsked(order.options.gate?.units));
+    const limit = order.options.gate?.max_distance;
+    const run = this.openRun(names, typeof limit === "number" ? limit : null, unitAsked(order.options.gate?.units));
     const report = {
       upload: run.upload.bind(run),
       progress: run.progress.bind(run),

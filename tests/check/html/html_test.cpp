@@ -6,10 +6,10 @@
 
 #include <doctest/doctest.h>
 
+#include "check/criteria.h"
 #include "check/html/diagrams.h"
 #include "check/html/html_gate.h"
 #include "check/html/markup.h"
-#include "check/criteria.h"
 #include "check/reports/sample_reports.h"
 
 using namespace meshgauge;
@@ -154,8 +154,7 @@ TEST_CASE("the drawing of an interval puts the limit between pass and fail, and 
   CHECK(fail.find("limit 1 mm") != std::string::npos);
   const std::string pass = interval_drawing(distance(0.5, 0.75, 1), "");
   CHECK(x_of(pass, "bar pass") < x_of(pass, "zone fail"));
-  const std::string open =
-      interval_drawing(distance(0, std::numeric_limits<double>::infinity(), 1), "");
+  const std::string open = interval_drawing(distance(0, std::numeric_limits<double>::infinity(), 1), "");
   CHECK(x_of(open, "bar undecided") == 0);
   CHECK(between(open, "bar undecided\" x=\"0.00%\" width=\"", "\"") == "100.00%");
   CHECK(open.find("nan") == std::string::npos);

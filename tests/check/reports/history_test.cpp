@@ -6,8 +6,8 @@
 
 #include <doctest/doctest.h>
 
-#include "check/html/diagrams.h"
 #include "check/criteria.h"
+#include "check/html/diagrams.h"
 #include "check/reports/sample_reports.h"
 #include "folder.h"
 
@@ -89,8 +89,7 @@ TEST_CASE("history: each side of a zone has a chart, and the uncertainty is kept
   Report report;
   for (int i = 0; i < 2; ++i) {
     report = samples::report_of({samples::zone("lid"), samples::zone("open")});
-    for (GateOutcome& outcome : report.outcomes)
-      change(*outcome.measured, [](Criterion& c) { c.uncertainty = 0.01; });
+    for (GateOutcome& outcome : report.outcomes) change(*outcome.measured, [](Criterion& c) { c.uncertainty = 0.01; });
     change(*report.outcomes[0].measured, [](Criterion& c) { c.upper = c.side == "outside" ? INFINITY : c.upper; });
     change(*report.outcomes[1].measured, [](Criterion& c) {
       c.upper = INFINITY;
@@ -125,8 +124,8 @@ TEST_CASE("history: each region has a chart, from the run on that has it") {
     report = samples::report_of({samples::passed("lid")});
     Measured& lid = *report.outcomes[0].measured;
     if (i > 0)
-      set_criteria(lid, {in_region("rest", lid.criteria[0]),
-                         in_region("bore", distance(0.03, i == 1 ? INFINITY : 0.04, 0.02))});
+      set_criteria(
+          lid, {in_region("rest", lid.criteria[0]), in_region("bore", distance(0.03, i == 1 ? INFINITY : 0.04, 0.02))});
     auto history = History::open(file);
     REQUIRE(history);
     REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));

@@ -10,8 +10,8 @@
 
 #include "check/gate.h"
 #include "check/outcome.h"
-#include "tests/check/criteria.h"
 #include "engine/mesh.h"
+#include "tests/check/criteria.h"
 
 namespace meshgauge::check {
 

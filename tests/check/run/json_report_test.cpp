@@ -50,11 +50,11 @@ TEST_CASE("the report as JSON: members in their order, counts, the exit code") {
   CHECK(json["version"] == "1.2.3");
   CHECK(json["exit_code"] == 3);
   CHECK(json["counts"] == Json{{"pass", 1}, {"fail", 1}, {"undecided", 1}, {"error", 1}});
-  CHECK(names_of(json["gates"][0]) == std::vector<std::string>{"name",     "verdict",      "level",      "candidate",
-                                                               "baseline", "direction",    "limit",      "distance", "criteria",
-                                                               "witness",  "expectations", "notes",      "advice",
-                                                               "error",    "interrupted",  "timeout_ms", "wall_ms",
-                                                               "manifest", "history",      "link",       "comparison"});
+  CHECK(names_of(json["gates"][0]) ==
+        std::vector<std::string>{"name",    "verdict",  "level",       "candidate",  "baseline",     "direction",
+                                 "limit",   "distance", "criteria",    "witness",    "expectations", "notes",
+                                 "advice",  "error",    "interrupted", "timeout_ms", "wall_ms",      "manifest",
+                                 "history", "link",     "comparison"});
   CHECK(text == to_json(one_of_each()));
   CHECK(text.back() == '\n');
 }

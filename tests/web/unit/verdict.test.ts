@@ -126,12 +126,12 @@ test("the first witness is the one that attains the lower end, and each has its 
 
 test("the witness that is shown first is that of the foremost criterion, as of a region that fails beside a rest that passes", () => {
   const limit = { of: "distance", verdict: "fail", finding: "", region: "bore", side: null, limit: 0.02, lower: 0.03, upper: 0.031 } as const;
-  const at = { on: "a", point: [7, 8, 9], triangle: 11, nearest_point: [7, 8, 10], nearest_triangle: 12 } as const;
-  const bore = { ...limit, name: "distance in bore", witness: { ...at, point: [...at.point], nearest_point: [...at.nearest_point] } };
+  const point: [number, number, number] = [7, 8, 9], nearest_point: [number, number, number] = [7, 8, 10];
+  const bore = { ...limit, name: "distance in bore", witness: { on: "a" as const, point, triangle: 11, nearest_point, nearest_triangle: 12 } };
   const [first, ...others] = witnessesToShow(comparison({ verdict: "fail", foremost: "distance in bore", criteria: [bore] }));
   assert.deepEqual(first, { from: "a", point: [7, 8, 9], nearest: [7, 8, 10], lower: 0.03, upper: 0.031, triangle: 11, nearestTriangle: 12 });
   assert.deepEqual(others.map(({ from }) => from), ["b"]);
-  const outside = { ...limit, name: "distance outside", side: "outside", witness: { ...bore.witness, nearest_point: null, nearest_triangle: null } } as const;
+  const outside = { ...limit, name: "distance outside", side: "outside" as const, witness: { ...bore.witness, nearest_point: null, nearest_triangle: null } };
   assert.equal(witnessesToShow(comparison({ verdict: "fail", foremost: "distance outside", criteria: [outside] }))[0]?.triangle, 7);
 });
 
