@@ -161,7 +161,7 @@ class Cli(unittest.TestCase):
         self.fails(*pair, "--threads", "-1", saying="from 0 to 64")
         self.fails(*pair, "--threads", "many", saying="--threads")
         self.fails(*pair, "--strategy", "best", saying="four_point")
-        self.fails(*pair, "--direction", "up", saying="symmetric, a_to_b, b_to_a")
+        self.fails(*pair, "--direction", "up", saying="symmetric, candidate_to_baseline, baseline_to_candidate")
         self.fails(*pair, "--points", "10", saying="n_point")
         self.fails(*pair, "--unknown", saying="--unknown")
         self.fails("compare", self.a, saying="B")

@@ -253,7 +253,7 @@ class LimitsOfTheSides(ServerCase):
         self.assertEqual(self.server.get("/v1/comparisons/" + result["id"]).json()["gate"], result["gate"])
 
     def test_what_is_refused(self):
-        for zone in (None, 1, [], [1], [0.1, 0.2], [-0.1, -0.2], ["-1 mm", "1 mm"]):
+        for zone in (None, 1, [], [1], [0.1, 0.2], [-0.1, -0.2], ["1 mm", "1 mm"]):
             self.refused(self.server.compare(options={"gate": {"zone": zone}}), 422, "invalid-request")
         for asked in ({"sides": 1}, {"sides": {"more": 1}}, {"sides": True, "direction": "b_to_a"}):
             self.refused(self.server.compare(options=asked), 422, "invalid-request")
@@ -285,10 +285,10 @@ class LimitOfTheArea(ServerCase):
 
     def test_what_is_refused(self):
         for limit in (None, 1, {}, {"distance": 1}, {"share": 1}, {"distance": -1, "share": 0}, {"distance": 1, "share": 1.2},
-                      {"distance": 1, "share": "1 %"}, {"distance": 1, "share": 0, "more": 1}):
+                      {"distance": 1, "share": "0.01"}, {"distance": 1, "share": 0, "more": 1}):
             self.refused(self.server.compare(options={"gate": {"max_share_beyond": limit}}), 422, "invalid-request")
         self.refused(self.server.compare(options={"gate": {"units": "mm"}}), 422, "invalid-request")
-        for uncertainty in (-1, "1", None):
+        for uncertainty in (-1, "one", None):
             gate = {"max_distance": 1, "uncertainty": uncertainty}
             self.refused(self.server.compare(options={"gate": gate}), 422, "invalid-request")
 
