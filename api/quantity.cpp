@@ -8,6 +8,7 @@
 #include "api/json_filter.h"
 #include "api/refused.h"
 #include "api/request.h"
+#include "api/unit_plan.h"
 
 namespace meshgauge::api {
 namespace {

@@ -11,6 +11,7 @@
 #include "api/names.h"
 #include "api/quantity.h"
 #include "api/refused.h"
+#include "api/unit_plan.h"
 
 namespace meshgauge::api {
 namespace {

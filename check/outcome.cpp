@@ -158,8 +158,9 @@ Verdict verdict_of(double lower, double upper, double limit, double uncertainty)
   return verdict_of(api::verdict_within(lower, upper, limit, uncertainty));
 }
 
-Verdict verdict_of(api::Verdict found) {
-  return found == api::Verdict::pass ? Verdict::pass : found == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
+Verdict verdict_of(api::Verdict verdict) {
+  if (verdict == api::Verdict::pass) return Verdict::pass;
+  return verdict == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
 }
 
 std::string_view to_string(Verdict verdict) {
