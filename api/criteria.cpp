@@ -222,7 +222,6 @@ Criterion criterion_of(const Expectation& expectation) {
   criterion.verdict = expectation.verdict;
   criterion.expected = expectation.expected;
   criterion.found = expectation.found;
-  criterion.known = expectation.known;
   return criterion;
 }
 
@@ -243,8 +242,9 @@ const Criterion& foremost(std::span<const Criterion> criteria) {
 
 const Criterion* foremost_place(std::span<const Criterion> criteria) {
   const Criterion* found = nullptr;
+  const auto verdict = worst(criteria);
   for (const Criterion& one : criteria) {
-    if (one.verdict != worst(criteria) || !one.at) continue;
+    if (one.verdict != verdict || !one.at) continue;
     if (!found || foremost_rank(*found) < foremost_rank(one)) found = &one;
   }
   return found;

@@ -50,7 +50,6 @@ struct Criterion {
 
   // An expectation, in words: "at most 20000", "24512".
   std::string expected{}, found{};
-  bool known = true;  // false: the time ended before anything was found
 
   bool is_of_region() const;  // not of the rest
 };

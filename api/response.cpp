@@ -94,7 +94,7 @@ Json json_of(const std::optional<Statistics>& statistics) {
           {"b_to_a", json_of(statistics->b_to_a)}};
 }
 
-// The members for regions, sides and the area, as they are for single limits.
+// Adds the criteria, and the verdicts that the members of the zone and of the area have of their own.
 void add_limits(const std::vector<Criterion>& criteria, const std::optional<LengthUnit>& unit, Json& json) {
   std::optional<Verdict> of_zone;
   for (const Criterion& one : criteria) {

@@ -1,7 +1,6 @@
 #include "check/manifest/quantities.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
