@@ -9,6 +9,7 @@ import random
 import shutil
 import signal
 import socket
+import stat
 import subprocess
 import sys
 import tempfile
@@ -103,8 +104,9 @@ class Scratch:
     """
 
     def __init__(self):
-        everybodys = "/tmp" if servant() else None  # TMPDIR may be closed to the servant
-        self.path = Path(own(tempfile.mkdtemp(prefix="meshgauge-cluster-", dir=everybodys))).resolve()
+        of_mine = tempfile.gettempdir()  # may be closed to the servant
+        where = "/tmp" if servant() and not os.stat(of_mine).st_mode & stat.S_ISVTX else None
+        self.path = Path(own(tempfile.mkdtemp(prefix="meshgauge-cluster-", dir=where))).resolve()
         self.guard = subprocess.Popen([sys.executable, __file__, str(self.path)], stdin=subprocess.PIPE, cwd="/",
                                       stdout=subprocess.DEVNULL, start_new_session=True)
         atexit.register(self.close)

@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 import ssl
+import stat
 import subprocess
 import tempfile
 import threading
@@ -24,7 +25,8 @@ for variable in [name for name in os.environ if name.lower().endswith("_proxy")]
 
 BINARY = os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build" / "meshgauge"))
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")}
-EVERYBODYS = "/tmp"  # TMPDIR may be closed to other users
+OWN = tempfile.gettempdir()
+EVERYBODYS = OWN if os.stat(OWN).st_mode & stat.S_ISVTX else "/tmp"  # TMPDIR may be closed to other users
 SCRATCH = tempfile.TemporaryDirectory(prefix="meshgauge-data-", ignore_cleanup_errors=True)
 # For a service that a test starts by itself: tests run beside each other, and a data directory is one service's.
 OWN_DATA = {**ENVIRONMENT, "MESHGAUGE_DATA_DIR": os.path.join(SCRATCH.name, "data")}

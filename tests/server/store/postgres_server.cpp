@@ -74,7 +74,11 @@ std::string within_reach(const std::string& programs, const std::string& folder)
 }
 
 // TMPDIR may be closed to another user.
-fs::path place() { return other_user() == nullptr ? fs::temp_directory_path() : fs::path("/tmp"); }
+fs::path place() {
+  const fs::path own = fs::temp_directory_path();
+  const bool is_open = (fs::status(own).permissions() & fs::perms::sticky_bit) != fs::perms::none;
+  return other_user() == nullptr || is_open ? own : fs::path("/tmp");
+}
 
 // Not a dead server that no test has requested.
 bool runs(pid_t process) {
