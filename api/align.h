@@ -18,11 +18,7 @@ namespace meshgauge::api {
 // decimals err by 5e-7, which makes 2 sqrt(3) 5e-7 + 3 (5e-7)^2 < 1.8e-6.
 inline constexpr double kMostOffOrthonormal = 4e-6;
 
-// Reads the option `align` (openapi.yaml, Align): "none", "rigid" or an object. nullopt: "none". `name`: a JSON
-// pointer, a flag or a key. Errors: invalid_request, with the pointer below `name` in Error::where.
-Result<std::optional<AlignOptions>> read_align(const nlohmann::json& value, const std::string& name);
-
-// The same option for another reader; read_align() of it gives `options`.
+// As a request has them.
 nlohmann::ordered_json json_of(const AlignOptions& options);
 nlohmann::ordered_json json_of(const RigidMotion& motion);  // {"row_major": [16 numbers]}
 

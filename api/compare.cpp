@@ -80,7 +80,7 @@ std::string why_no_group(const Groups& groups, const std::string& mesh) {
   return mesh + " has " + names_of(groups);
 }
 
-// Finds the triangles of the groups that the options ask for, of mesh b. check_groups() has accepted the options.
+// Finds the triangles of the groups that the options ask for, of mesh b. The reader of requests has accepted them.
 Result<Done> find_groups(const NamedMesh& a, const NamedMesh& b, ComparisonOptions& options) {
   for (std::size_t i = 0; i < options.regions.size(); ++i) {
     auto* const group = std::get_if<Group>(&options.regions[i].shape);
@@ -167,6 +167,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   const auto plan = resolve(a.unit(), b.unit(), options.units, has_limit(options));
   if (!plan) return plan.error();
   comparison.units = *plan;
+  resolve_shares(comparison.options, b.mesh->facts.diagonal);
   if (auto ok = find_groups(a, b, comparison.options); !ok) return std::move(ok).error();
   if (comparison.options.topology) {  // linear, so before what may take all the time
     comparison.a.topology = topology_in(plan->result, *a.mesh, plan->a, control);

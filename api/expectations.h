@@ -42,12 +42,8 @@ struct Expectation {
   bool known{true};      // false: the time ended before anything was
 };
 
-// Reads {"watertight": true, "triangles": {"max": 20000}, "volume": {"within": 0.01}}. Error: invalid_request, with a
-// JSON pointer from `pointer` on.
-Result<Expectations> read_expect(const nlohmann::json& value, const std::string& pointer);
-
 nlohmann::ordered_json json_of(const std::vector<Expectation>& expectations);
-// Writes what read_expect() reads, members in a fixed order: a count of one value as a number.
+// Writes it as a request has it, members in a fixed order: a count of one value as a number.
 nlohmann::ordered_json json_of(const Expectations& expect);
 
 // Returns what is expected with what the `meshes` of a result document say of it. `unit`: of the result's lengths, or

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <string>
 #include <tuple>
-
-#include "api/refused.h"
+#include <utility>
 
 namespace meshgauge::api {
 Verdict worst(Verdict a, Verdict b) {
@@ -17,23 +16,25 @@ std::string_view to_string(Verdict verdict) {
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
-Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_view name) {
+bool uncertainty_fits(const ComparisonOptions& options) {
   const double u = options.uncertainty;
   const auto& area = options.max_share_beyond;
   const auto fits = [u](const Region& region) { return u <= region.max_distance.value_or(u); };
   const auto& zone = options.zone;
-  const bool fits_zone = !zone || (u <= zone->inside && u <= zone->outside);
-  if (u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u) && fits_zone &&
-      std::ranges::all_of(options.regions, fits))
-    return Done{};
-  return refused(std::string(name) + " must not be above the distance that may not be exceeded: nothing could pass",
-                 "options", std::string(name));
+  return u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u) &&
+         (!zone || (u <= zone->inside && u <= zone->outside)) && std::ranges::all_of(options.regions, fits);
 }
 
-Result<Done> check_sides(const ComparisonOptions& options, std::string_view name) {
-  if (options.direction != Direction::b_to_a || !(options.sides || options.zone)) return Done{};
-  return refused(std::string(name) + " is about the points of mesh a: the direction must be symmetric or a_to_b",
-                 "options", std::string(name));
+void resolve_shares(ComparisonOptions& options, double diagonal) {
+  if (!std::exchange(options.units.limit_of_diagonal, false)) return;
+  options.units.limit_of_b = true;
+  if (options.max_distance) *options.max_distance *= diagonal;
+  if (options.max_share_beyond) options.max_share_beyond->distance *= diagonal;
+  if (options.zone) options.zone = SideOptions::Zone{options.zone->inside * diagonal, options.zone->outside * diagonal};
+  options.uncertainty *= diagonal;
+  for (Region& region : options.regions) {
+    if (region.max_distance) *region.max_distance *= diagonal;
+  }
 }
 
 Verdict verdict_within(double lower, double upper, double limit, double uncertainty) {

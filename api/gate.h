@@ -17,9 +17,11 @@ enum class Verdict { pass, fail, undecided };
 std::string_view to_string(Verdict verdict);
 Verdict worst(Verdict a, Verdict b);  // fail, else undecided, else pass
 
-// Returns the error for an uncertainty above a limit of a distance, of a region's or of the area's: nothing could pass.
-// `name`: a JSON pointer or a flag, for the message and Error::where.
-Result<Done> check_uncertainty(const ComparisonOptions& options, std::string_view name);
+// Whether the uncertainty is above no limit of a distance, of a region's or of the area's: else nothing could pass.
+bool uncertainty_fits(const ComparisonOptions& options);
+
+// Replaces limits that are fractions of the diagonal of mesh b's bounding box by lengths in the unit of mesh b.
+void resolve_shares(ComparisonOptions& options, double diagonal);
 
 // Returns pass when what lies in [lower, upper] is certainly at most `limit` (upper <= limit - uncertainty), fail when
 // it is certainly above (lower > limit + uncertainty), undecided when the limit lies inside the interval.
@@ -38,9 +40,6 @@ struct DistanceLimit {
 //   2. else the smallest, or the largest where all pass.
 // Precondition: there is a limit.
 DistanceLimit shown_limit(std::span<const DistanceLimit> limits, double uncertainty);
-
-// Returns the error for sides, or a zone, where no distance is measured from mesh a. `name`: as above.
-Result<Done> check_sides(const ComparisonOptions& options, std::string_view name);
 
 // Returns the engine's options, with the zone, and with the question that max_share_beyond asks of the areas at the end
 // of theirs. With an uncertainty U it is two: of its distance less U, then plus U.

@@ -80,6 +80,7 @@ std::string Problem::type() const { return "urn:meshgauge:problem:" + std::strin
 Problem to_problem(const Error& error) {
   Problem problem{kind_of(error.code), error.message, {}};
   if (!error.part.empty() || !error.where.empty()) problem.errors = {{error.part, error.where, error.message}};
+  for (const Error& other : error.others) problem.errors.push_back({other.part, other.where, other.message});
   return problem;
 }
 

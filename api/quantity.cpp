@@ -6,8 +6,8 @@
 
 #include "api/formats/text.h"
 #include "api/json_filter.h"
+#include "api/range.h"
 #include "api/refused.h"
-#include "api/request.h"
 #include "api/unit_plan.h"
 
 namespace meshgauge::api {
@@ -33,10 +33,8 @@ std::optional<Quantity> split(std::string_view text) {
 
 Error no_length(std::string_view text, bool or_share) {
   const bool comma = text.find(',') != std::string_view::npos;
-  return refused(std::string("must be ") +
-                 (or_share
-                      ? "a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %)"
-                      : "a number (0.05) or a number and a unit (0.05 mm)") +
+  return refused("must be " +
+                 std::string(or_share ? kLengthOrShare : "a number (0.05) or a number and a unit (0.05 mm)") +
                  ", not " + shown_text(text) + (comma ? "; write the decimals behind a point" : ""));
 }
 
@@ -61,16 +59,16 @@ Result<Length> parse_length(std::string_view text, bool or_share) {
   return length.number = length.is_share ? quantity->number / 100 : quantity->number, length;
 }
 
-Result<double> parse_share(std::string_view text) {
+Result<double> parse_share(std::string_view text, std::string_view of) {
   const auto quantity = split(text);
   if (!quantity || quantity->unit != "%")
-    return refused("must be a share of the area in percent (1 %), not " + shown_text(text));
+    return refused("must be a share of " + std::string(of) + " in percent (1 %), not " + shown_text(text));
   if (!(quantity->number >= 0 && quantity->number <= 100))
     return refused("must be from 0 % to 100 %, not " + shown_text(text));
   return quantity->number / 100;
 }
 
-Result<std::chrono::milliseconds> parse_duration(std::string_view text) {
+Result<std::chrono::milliseconds> parse_duration(std::string_view text, std::chrono::milliseconds most) {
   const auto quantity = split(text);
   const auto factor = [&]() -> std::optional<double> {
     if (!quantity) return std::nullopt;
@@ -80,9 +78,11 @@ Result<std::chrono::milliseconds> parse_duration(std::string_view text) {
   }();
   if (!factor) return refused("must be a time, as 60 s, 500 ms, 2 min or a number of seconds, not " + shown_text(text));
   const double milliseconds = std::nearbyint(quantity->number * *factor);
-  if (const auto checked = in_range(milliseconds, kTimeoutMsRange, ""); !checked) {
-    const auto most = static_cast<int>(kTimeoutMsRange.high / 1000);
-    return refused("must be from 1 ms to " + std::to_string(most) + " s, not " + shown_text(text));
+  const Range range{kTimeoutMsRange.low, static_cast<double>(most.count())};
+  if (!in_range(milliseconds, range, "").ok()) {
+    const bool whole = most.count() % 1000 == 0;
+    const std::string end = whole ? std::to_string(most.count() / 1000) + " s" : std::to_string(most.count()) + " ms";
+    return refused("must be from 1 ms to " + end + ", not " + shown_text(text));
   }
   return std::chrono::milliseconds(static_cast<std::int64_t>(milliseconds));
 }

@@ -1,57 +1,28 @@
-// The options of a comparison from JSON or flags, and their ranges.
+// The request of a comparison: one document, the same on every surface (api/request/surface.h), and one reader.
 #pragma once
 
 #include <chrono>
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "api/comparison_options.h"
+#include "api/range.h"
+#include "api/request/reading.h"
+#include "api/request/surface.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
 
-// Inclusive at both ends; NaN is in no range.
-struct Range {
-  double low = 0;
-  double high = std::numeric_limits<double>::max();
-  bool integer = false;
-};
-
-inline constexpr Range kToleranceRange{};               // absolute, diagonal, relative; 0: as tight as rounding allows
-inline constexpr Range kMaxDistanceRange{};             // limit of the gate, in the unit of the result
-inline constexpr Range kThreadsRange{1, 64, true};      // per job; a service may grant fewer
-inline constexpr Range kWorkItemsRange{1, 1e15, true};  // number of pieces split
-inline constexpr Range kMemoryBytesRange{1 << 20, 0x1p40, true};  // for waiting pieces; a service may grant less
-inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service may set a lower maximum
-inline constexpr Range kSamplesRange{1'000, 1'000'000, true};     // per direction of the statistics
-inline constexpr Range kSeedRange{0, 0x1p53 - 1, true};           // integers that JSON readers keep exactly
-inline constexpr Range kBeyondRange{};                            // a distance, in the unit of the result
-inline constexpr Range kShareRange{0, 1};                         // of the area, a limit of the gate
-inline constexpr Range kQuantileRange{0.001, 0.999};              // a share of the area
-inline constexpr Range kCountRange{0, 0x1p32, true};              // of triangles, or of components
-inline constexpr Range kShareToleranceRange{1e-6, 1};  // of certified areas; a service may need long for less
-inline constexpr Range kLengthToleranceRange{1e-6, 1};
 inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;
 
-// Returns `value` when it is in the range, else invalid_request. `name`: a JSON pointer or a flag, for the message and
-// Error::where.
-Result<double> in_range(double value, const Range& range, std::string_view name);
-
-// Returns the number of samples per piece for the strategy n_point. Error: invalid_request for a number that is not one
-// of those allowed.
-Result<int> as_points(double value, std::string_view name);
-
-// Returns the instruction set of this name for Options::simd; "auto": the fastest. Error: invalid_request with the list
-// of names when this processor cannot run it.
-Result<std::string_view> as_simd(std::string_view value, std::string_view name);
-
-// Returns the names that as_simd() accepts on this processor: "auto, avx2, sse4, scalar".
-std::string simd_names();
-
-// Returns invalid_request when `points_given` and the strategy is not n_point.
-Result<Done> check_points(bool points_given, Strategy strategy, std::string_view name);
+// A gate ends when its limit is decided: an interval of one percent could still contain the limit. One that limits the
+// area or the sides alone needs no narrow interval of the distance, which is only shown.
+inline constexpr Tolerance kToleranceOfGate{std::nullopt, 1e-9, std::nullopt};
+inline constexpr Tolerance kToleranceOfArea{std::nullopt, 1e-3, 0.1};
 
 struct Request {
   ComparisonOptions options;
@@ -64,10 +35,39 @@ struct RequestLimits {
   std::chrono::milliseconds max_timeout{180'000};
 };
 
-// Parses the `options` document: an object of at most 64 KiB, nested at most 16 deep; every field is optional. When
-// `tolerance` is given, only the rules in it apply. Errors: too_large; else invalid_request, with a JSON pointer in
-// Error::where ("byte N" for a syntax error), for a duplicate or unknown key, a wrong type or a value out of range.
-Result<Request> parse_options(std::string_view json, const RequestLimits& limits = {});
+struct ReadRequest {
+  Request request;
+  std::vector<RequestMistake> mistakes;  // if any: `request` is not whole
+};
+
+// Reads the document (openapi.yaml, Options). Every member is optional. When `tolerance` is given, only
+// the rules in it apply; without it a limit that stands outside of `gate` has kToleranceOfGate or kToleranceOfArea.
+ReadRequest read_request(const nlohmann::json& document, const Surface& surface, const RequestLimits& limits = {});
+
+// As read_request(), of options that others will complete: what does not fit each other is no mistake yet.
+std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, const Surface& surface);
+
+// The options of a surface, in the order of the table.
+std::vector<std::string_view> options_of(const Surface& surface);
+
+// Writes what read_request() of HTTP reads as the same request, and what services since 0.2 can read: `gate` has all
+// limits. Without threads unless threads_given.
+nlohmann::ordered_json json_of(const Request& request);
+
+// Parses the `options` document of HTTP: an object of at most 64 KiB, nested at most 16 deep. Errors: too_large; else
+// invalid_request, with a JSON pointer in Error::where ("byte N" for a syntax error), for each mistake one, the others
+// in Error::others.
+Result<Request> parse_options(std::string_view json, const RequestLimits& limits = {}, const Surface& surface = kHttp);
+
+// Returns the mistakes as one Error. Precondition: there are some.
+Error error_of(const std::vector<RequestMistake>& mistakes);
+
+// Returns the instruction set of this name for Options::simd; "auto": the fastest. Error: invalid_request with the list
+// of names when this processor cannot run it.
+Result<std::string_view> as_simd(std::string_view value, std::string_view name);
+
+// Returns the names that as_simd() accepts on this processor: "auto, avx2, sse4, scalar".
+std::string simd_names();
 
 // A comparison of two stored meshes: {"a": id, "b": id, "options": {...}}; options are optional.
 struct StoredPair {

@@ -111,6 +111,7 @@ std::string_view in_words(LengthUnit unit) {
 }
 
 std::string_view limit_unit_name(const AskedUnits& asked) {
+  if (asked.limit_of_diagonal) return kUnitOfDiagonal;
   if (asked.limit_of_b) return kUnitOfB;
   return asked.limit ? to_string(*asked.limit) : std::string_view();
 }
@@ -124,7 +125,7 @@ Result<UnitPlan> resolve(const FileUnit& a, const FileUnit& b, const AskedUnits&
     if (!both) plan.a = plan.b = plan.result;
     return plan;
   }
-  const bool bare = has_limit && !asked.limit_of_b;
+  const bool bare = has_limit && !asked.limit_of_b && !asked.limit_of_diagonal;
   if (bare && both && plan.a.unit != plan.b.unit) return bare_limit(plan, a, b);
   if (both) plan.result = plan.b;
   return plan;

@@ -23,17 +23,21 @@ inline constexpr std::string_view kUnitNames = "um, mm, cm, m, in, ft";
 // Given as a limit's unit: the unit of mesh b (AskedUnits::limit_of_b).
 inline constexpr std::string_view kUnitOfB = "b";
 
+// Given as a limit's unit: the diagonal of mesh b's bounding box (AskedUnits::limit_of_diagonal).
+inline constexpr std::string_view kUnitOfDiagonal = "diagonal";
+
 // The units that a request declares.
 struct AskedUnits {
   std::optional<LengthUnit> a;      // overrides the file's unit; nullopt: not declared
   std::optional<LengthUnit> b;      // overrides the file's unit; nullopt: not declared
   std::optional<LengthUnit> limit;  // nullopt: a limit without unit, or no limit
   bool limit_of_b = false;          // true: the limit is in the unit of mesh b, known or not
+  bool limit_of_diagonal = false;   // true: limits are fractions of the diagonal of mesh b's bounding box
 
   bool operator==(const AskedUnits&) const = default;
 };
 
-// Returns the limit's unit as a request names it: a unit or kUnitOfB; empty: none.
+// Returns the limit's unit as a request names it: a unit, kUnitOfB or kUnitOfDiagonal; empty: none.
 std::string_view limit_unit_name(const AskedUnits& asked);
 
 struct KnownUnit {

@@ -59,9 +59,9 @@ std::vector<std::string> notes_of(const Json& document) {
 }
 
 // The document as if only the rest had been measured.
-Result<Json> rest_of(const Json& document, const Limits& limits) {
+Result<Json> rest_of(const Json& document, const api::ComparisonOptions& options) {
   const auto regions = document.find("regions");
-  if (regions == document.end() || !regions->is_array() || regions->size() != limits.regions.size() + 1 ||
+  if (regions == document.end() || !regions->is_array() || regions->size() != options.regions.size() + 1 ||
       !regions->back().is_object())
     return no_comparison("it has not the regions");
   Json part = document;
@@ -73,15 +73,9 @@ Result<Json> rest_of(const Json& document, const Limits& limits) {
 }
 
 // The limits, of which nothing is known.
-std::vector<Criterion> asked(const Limits& limits) {
-  api::ComparisonOptions options;
-  options.max_distance = limits.max_distance;
-  options.max_share_beyond = limits.max_share_beyond;
-  options.zone = limits.zone;
-  options.uncertainty = limits.uncertainty;
-  options.regions = limits.regions;
+std::vector<Criterion> asked(const api::ComparisonOptions& options) {
   Outcome nothing;
-  if (!limits.regions.empty()) nothing.regions.resize(limits.regions.size() + 1);
+  if (!options.regions.empty()) nothing.regions.resize(options.regions.size() + 1);
   return api::criteria_of(nothing, options);
 }
 
@@ -111,11 +105,11 @@ bool agrees(const Json& document, const Criterion& found, std::size_t region) tr
 }
 
 // Behind the limits the document has the expectations.
-Result<std::vector<Criterion>> criteria_from(const Json& document, const Limits& limits) {
+Result<std::vector<Criterion>> criteria_from(const Json& document, const api::ComparisonOptions& options) {
   const auto found = document.find("criteria");
   if (found == document.end() || !found->is_array())
     return no_comparison("it has no criteria, since the service is older than this program: update the service");
-  std::vector<Criterion> criteria = asked(limits);
+  std::vector<Criterion> criteria = asked(options);
   std::size_t region = 0;
   for (std::size_t i = 0; i < std::max(criteria.size(), found->size()); ++i) {
     const std::string name = "its criterion " + std::to_string(i + 1);
@@ -193,19 +187,28 @@ std::string Measured::place_of_witness() const {
          std::to_string(witness->from_triangle);
 }
 
-Result<Measured> measured_from(Json document, const Limits& limits) {
-  const auto rest = limits.regions.empty() ? Result<Json>(Json()) : rest_of(document, limits);
+api::ComparisonOptions options_in(const Gate& gate, const Json& document) {
+  api::ComparisonOptions options = gate.request.options;
+  const Json::json_pointer diagonal("/meshes/b/diagonal");
+  const bool is_known = document.contains(diagonal) && document[diagonal].is_number();
+  api::resolve_shares(options, is_known ? document[diagonal].get<double>() : 0);
+  return options;
+}
+
+Result<Measured> measured_from(Json document, const Gate& gate) {
+  const api::ComparisonOptions options = options_in(gate, document);
+  const auto rest = options.regions.empty() ? Result<Json>(Json()) : rest_of(document, options);
   if (!rest) return rest.error();
-  const Json& of_limit = limits.regions.empty() ? document : *rest;  // what max_distance limits
+  const Json& of_limit = options.regions.empty() ? document : *rest;  // what max_distance limits
   const auto facts = api::result_facts(of_limit, api::Side::a);
   if (!facts) return facts.error();
   const auto status = of_limit.find("status");
   if (status == of_limit.end() || !status->is_string()) return no_comparison("it has no status");
-  auto criteria = criteria_from(document, limits);
+  auto criteria = criteria_from(document, options);
   if (!criteria) return criteria.error();
   Measured measured;
   measured.criteria = *std::move(criteria);
-  measured.shown = facts->limit.value_or(api::DistanceLimit{limits.max_distance.value_or(0)});
+  measured.shown = facts->limit.value_or(api::DistanceLimit{options.max_distance.value_or(0)});
   measured.lower = facts->lower;
   measured.upper = facts->upper;
   measured.units = facts->units;
@@ -249,7 +252,8 @@ Verdict GateOutcome::verdict() const {
 }
 
 std::string GateOutcome::unit() const {
-  const auto& known = measured && measured->units.result.unit ? measured->units.result.unit : main_limit(gate).unit;
+  const auto& known =
+      measured && measured->units.result.unit ? measured->units.result.unit : gate.request.options.units.limit;
   return known ? std::string(api::to_string(*known)) : std::string();
 }
 

@@ -1,8 +1,6 @@
 #include "cli/check_flags.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cstdint>
 #include <initializer_list>
 #include <iterator>
 #include <string_view>
@@ -12,76 +10,33 @@
 
 #include "api/formats/detect.h"
 #include "api/json_filter.h"
-#include "api/names.h"
 #include "api/refused.h"
-#include "api/request.h"
 #include "check/files.h"
-#include "check/manifest/expect_setting.h"
 #include "check/manifest/manifest.h"
-#include "check/manifest/names.h"
 #include "check/manifest/naming.h"
-#include "check/manifest/quantities.h"
-#include "check/manifest/region_setting.h"
 #include "check/selection.h"
 #include "cli/check_start.h"
 #include "cli/pipes.h"
-#include "cli/read_flag.h"
 
 namespace meshgauge::cli {
 namespace {
 
-Result<Done> set_timeout(const CheckFlags& flags, check::Gate& gate) {
-  return read_flag("--timeout", flags.timeout, check::parse_duration, gate.timeout);
-}
+// Those that may differ between machines: for two files and for the gates of a manifest alike.
+constexpr std::string_view kCommon[] = {"--timeout", "--threads", "--statistics", "--samples", "--seed", "--fast"};
 
-Result<Done> set_threads(const CheckFlags& flags, check::Gate& gate) {
-  if (!flags.threads) return Done{};
-  const auto threads = api::in_range(*flags.threads, api::kThreadsRange, "--threads");
-  if (!threads) return threads.error();
-  gate.options.threads = static_cast<unsigned>(*threads);
-  gate.threads_given = true;
-  return Done{};
-}
+bool is_common(const std::string& flag) { return std::ranges::find(kCommon, flag) != std::end(kCommon); }
 
-// Applies flags that may differ between machines, to two files and to the gates of a manifest alike.
 Result<Done> set_common(const CheckFlags& flags, check::Gate& gate) {
-  if (auto ok = set_timeout(flags, gate); !ok) return ok;
-  if (auto ok = set_threads(flags, gate); !ok) return ok;
-  gate.statistics = gate.statistics || flags.statistics;
-  gate.options.narrow = !flags.fast;
-  return Done{};
-}
-
-Result<Done> set_names(const CheckFlags& flags, Options& options) {
-  if (flags.direction) {
-    const auto direction = api::value_of(api::kDirectionWords, *flags.direction);
-    if (!direction)
-      return bad_flag("--direction", "must be one of " + api::list_of(api::kDirectionWords) + ", not " +
-                                         api::shown_text(*flags.direction));
-    options.direction = *direction;
+  const auto common = flags.options.request();
+  if (!common) return common.error();
+  if (flags.options.has("--timeout")) gate.request.timeout = common->timeout;
+  if (common->threads_given) {
+    gate.request.options.threads = common->options.threads;
+    gate.request.threads_given = true;
   }
-  if (flags.strategy) {
-    const auto strategy = api::value_of(api::kStrategies, *flags.strategy);
-    if (!strategy)
-      return bad_flag("--strategy",
-                      "must be one of " + api::list_of(api::kStrategies) + ", not " + api::shown_text(*flags.strategy));
-    options.strategy = *strategy;
-  }
+  if (common->options.statistics) gate.request.options.statistics = common->options.statistics;
+  if (flags.options.has("--fast")) gate.request.options.narrow = false;
   return Done{};
-}
-
-Result<Done> set_limits(const CheckFlags& flags, check::Gate& gate) {
-  if (!flags.max_distance && !flags.max_share_beyond && !flags.zone)
-    return bad_flag("--max-distance",
-                    "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond or --zone");
-  if (auto ok = read_flag("--max-distance", flags.max_distance, check::parse_limit, gate.limit); !ok) return ok;
-  if (auto ok = read_flag("--max-share-beyond", flags.max_share_beyond, check::parse_area_limit, gate.area_limit); !ok)
-    return ok;
-  if (auto ok = read_flag("--zone", flags.zone, check::parse_zone, gate.zone); !ok) return ok;
-  if (auto ok = read_flag("--uncertainty", flags.uncertainty, check::parse_limit, gate.uncertainty); !ok) return ok;
-  if (auto ok = read_flag("--regions", flags.regions, check::parse_regions, gate.regions); !ok) return ok;
-  const auto ok = check::check_limits(gate);
-  return ok ? ok : bad_flag(flag_beside(flags.uncertainty, flags.zone), ok.error().message);
 }
 
 Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
@@ -93,32 +48,23 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   if (flags.update_baselines) return gate;  // a limit is not needed
-  if (auto ok = set_names(flags, gate.options); !ok) return ok.error();
-  if (auto ok = set_limits(flags, gate); !ok) return ok.error();
-  if (auto ok = set_units(flags.units, gate.options.units); !ok) return ok.error();
-  if (auto ok = set_align(flags.align, gate.options.align); !ok) return ok.error();
-  if (auto ok = read_flag("--expect", flags.expect, check::parse_expect, gate.expect); !ok) return ok.error();
+  auto request = flags.options.request();
+  if (!request) return request.error();
+  if (!has_limit(request->options))
+    return bad_flag("--max-distance",
+                    "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond or --zone");
+  gate.request = *std::move(request);
   gate.cloud = flags.cloud;
   return gate;
 }
 
 // Refuses flags that stand in the manifest of gates, where each has a line.
 Result<Done> fit_manifest(const CheckFlags& flags) {
-  const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
-                                                {"--max-share-beyond", flags.max_share_beyond.has_value()},
-                                                {"--zone", flags.zone.has_value()},
-                                                {"--uncertainty", flags.uncertainty.has_value()},
-                                                {"--regions", flags.regions.has_value()},
-                                                {"--expect", flags.expect.has_value()},
-                                                {"--unit", flags.units.both.has_value()},
-                                                {"--unit-a", flags.units.a.has_value()},
-                                                {"--unit-b", flags.units.b.has_value()},
-                                                {"--direction", flags.direction.has_value()},
-                                                {"--cloud", flags.cloud},
-                                                {"--align", flags.align.has_value()},
-                                                {"--strategy", flags.strategy.has_value()}};
-  for (const auto& [name, is_given] : given) {
-    if (is_given) return bad_flag(name, "is for two mesh files: write it into the manifest '" + flags.files[0] + "'");
+  std::vector<std::string> given = flags.options.given();
+  if (flags.cloud) given.emplace_back("--cloud");
+  for (const std::string& name : given) {
+    if (!is_common(name))
+      return bad_flag(name, "is for two mesh files: write it into the manifest '" + flags.files[0] + "'");
   }
   return Done{};
 }
@@ -148,7 +94,11 @@ Result<Done> fit_files(const CheckFlags& flags) {
   return Done{};
 }
 
-Asked mistaken(const Error& error) { return {{}, {{0, 0, error.message}}, ""}; }
+Asked mistaken(const Error& error) {
+  Asked asked{{}, {{0, 0, error.message}}, ""};
+  for (const Error& other : error.others) asked.mistakes.push_back({0, 0, other.message});
+  return asked;
+}
 
 Asked gates_of_manifest(const CheckFlags& flags) {
   if (const auto ok = fit_manifest(flags); !ok) return mistaken(ok.error());
@@ -183,25 +133,8 @@ Result<Done> fit_only(const CheckFlags& flags) {
 }
 
 void declare_measuring(CLI::App& command, CheckFlags& flags) {
-  command.add_option("--max-distance", flags.max_distance,
-                     "The largest distance that passes: '0.05', '0.05 mm', or '0.5 %' of the baseline's diagonal");
-  command.add_option("--max-share-beyond", flags.max_share_beyond,
-                     "The largest share of the area that may be farther than a distance: '0.05 mm: 1 %'");
-  command.add_option("--zone", flags.zone,
-                     "How far CANDIDATE may be inside and outside of BASELINE, a closed mesh: '-0.05 mm, 0.1 mm'");
-  command.add_option("--uncertainty", flags.uncertainty,
-                     "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)");
-  command.add_option("--regions", flags.regions, kRegionsHelp);
-  command.add_option("--expect", flags.expect, kExpectHelp);
-  declare(command, flags.units, "CANDIDATE", "BASELINE");
-  command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
+  flags.options.declare(command, OptionFlags::Command::check);
   command.add_flag("--cloud", flags.cloud, "CANDIDATE may be a point cloud; an XYZ always may");
-  command.add_option("--align", flags.align, kAlignHelp);
-  command.add_option("--timeout", flags.timeout, "Of each gate: '60 s', '500 ms', or a number of seconds");
-  command.add_option("--strategy", flags.strategy, api::list_of(api::kStrategies));
-  command.add_option("--threads", flags.threads, "Of each gate; without it the gates share the processors");
-  command.add_flag("--statistics", flags.statistics, "Sample mean, RMS, percentiles and a histogram as well");
-  command.add_flag("--fast", flags.fast, "End each gate as soon as it is decided, without narrowing its interval");
   command.add_option("--jobs", flags.jobs, "Gates at the same time; 0: one for each processor")->capture_default_str();
   command
       .add_option("--only", flags.only,

@@ -1,14 +1,13 @@
 // Flags of `meshgauge check`, and the gates that they select.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
 #include "check/outcome.h"
-#include "cli/unit_flags.h"
+#include "cli/option_flags.h"
 #include "engine/result.h"
 
 namespace CLI {
@@ -19,13 +18,8 @@ namespace meshgauge::cli {
 
 struct CheckFlags {
   std::vector<std::string> files;  // candidate and baseline, or a manifest
-  std::optional<std::string> max_distance, max_share_beyond, zone, uncertainty, regions, expect, direction, timeout,
-      strategy, align;
-  UnitFlags units;
-  std::optional<double> threads;
-  bool statistics = false;
+  OptionFlags options;
   bool cloud = false;
-  bool fast = false;
   std::vector<std::string> only;
   double jobs = 0;
   std::string undecided;

@@ -7,12 +7,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/quantity.h"
 #include "api/refused.h"
 #include "check/files.h"
 #include "check/manifest/first_manifest.h"
 #include "check/manifest/manifest.h"
 #include "check/manifest/naming.h"
-#include "check/manifest/quantities.h"
 #include "check/reports/wording.h"
 #include "cli/commands.h"
 
@@ -122,8 +122,8 @@ int write_first_manifest(const CheckFlags& flags, const std::string& unheard) {
   const std::string folder = flags.files.empty() ? "." : flags.files[0];
   if (!is_folder(folder))
     return refuse_init(check::shown_path(folder) + " is no folder: name the one that holds the meshes");
-  const std::string limit = flags.max_distance.value_or("0.1 %");
-  if (const auto ok = check::parse_limit(limit); !ok) return refuse_init("--max-distance: " + ok.error().message);
+  const std::string limit = flags.options.has("--max-distance") ? flags.options.text("--max-distance") : "0.1 %";
+  if (const auto ok = api::parse_length(limit, true); !ok) return refuse_init("--max-distance: " + ok.error().message);
   const fs::path file = flags.files.empty() ? fs::path(check::kManifestName) : fs::path(folder) / check::kManifestName;
   std::error_code none;
   if (fs::exists(fs::symlink_status(file, none)))

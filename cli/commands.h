@@ -16,9 +16,10 @@ inline constexpr int kExitFail = 1, kExitUndecided = 2;  // of a comparison with
 inline constexpr int kExitUnhealthy = 1;
 inline constexpr int kExitError = 3;  // bad flags, unreadable input, or a failure
 
-// Prints the message on standard error. Returns the exit code for it.
+// Prints the messages on standard error. Returns the exit code for them.
 inline int fail(const Error& error) {
   std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
+  for (const Error& other : error.others) std::fprintf(stderr, "meshgauge: %s\n", other.message.c_str());
   return kExitError;
 }
 

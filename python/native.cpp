@@ -105,7 +105,7 @@ Result<Done> measure_vertices(const api::SharedMeshes& meshes, const api::Compar
 
 Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& b, const std::string& options,
                                  Control& control, AtVertices* at_vertices) {
-  auto request = api::parse_options(options, {kLongestTimeout, kLongestTimeout});
+  auto request = api::parse_options(options, {kLongestTimeout, kLongestTimeout}, api::kPython);
   if (!request) return request.error();
   if (!request->threads_given) {
     const auto most = static_cast<unsigned>(api::kThreadsRange.high);

@@ -203,16 +203,15 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
 }
 
 std::string uncertainty_text(const GateOutcome& outcome) {
-  const double u = outcome.measured ? outcome.measured->criteria.front().uncertainty
-                                    : outcome.gate.uncertainty.max_distance.value_or(0);
+  const double u = outcome.measured->criteria.front().uncertainty;
   return u > 0 ? " \xC2\xB1 " + with_unit(to_digits(u, 6), outcome.unit()) : "";
 }
 
-// The limit of the distance, as the manifest says it.
-std::string length_text(const GateOutcome& outcome, const Limit& limit, const std::string& measured) {
-  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, 12), outcome.unit());
-  const std::string text = to_digits(100 * limit.max_diagonal_share.value_or(0), 12) + " % of the diagonal";
-  return measured.empty() ? text : text + " (" + with_unit(measured, outcome.unit()) + ")";
+// The limit of a distance, first as the manifest says it.
+std::string length_text(const GateOutcome& outcome, const Criterion& criterion) {
+  const std::string share = share_of_diagonal(outcome, criterion);
+  if (share.empty()) return with_unit(to_digits(criterion.limit, 12), outcome.unit());
+  return share + " of the diagonal (" + with_unit(figures_of(criterion).limit, outcome.unit()) + ")";
 }
 
 }  // namespace
@@ -226,15 +225,13 @@ std::string sentence(const GateOutcome& outcome) {
   }
   std::string text, last;
   for (const Criterion& criterion : outcome.measured->criteria) {
-    const std::string limit = criterion.beyond
-                                  ? figures_of(criterion).limit + " %"
-                                  : length_text(outcome, limit_for(outcome, criterion), figures_of(criterion).limit) +
-                                        uncertainty_text(outcome);
+    const std::string limit = criterion.beyond ? figures_of(criterion).limit + " %"
+                                               : length_text(outcome, criterion) + uncertainty_text(outcome);
     std::string one = sentence_of(outcome, criterion, limit);
     if (one != last) text += one;
     last = std::move(one);
   }
-  return text + "Measured " + direction_of(outcome.gate.options.direction) + ".";
+  return text + "Measured " + direction_of(outcome.gate.request.options.direction) + ".";
 }
 
 std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, std::size_t index, Undecided rule) {

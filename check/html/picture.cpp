@@ -166,7 +166,7 @@ GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, co
   scene.chosen = chosen_view(scene, from, from_baseline ? candidate : baseline, box);
 
   GatePicture picture;
-  const Direction direction = outcome.gate.options.direction;
+  const Direction direction = outcome.gate.request.options.direction;
   if (direction != Direction::b_to_a) picture.surfaces.push_back(surface(scene, {candidate, baseline, true}, box));
   const bool both = direction == Direction::symmetric && measured.verdict != Verdict::pass;
   if (both || direction == Direction::b_to_a) {

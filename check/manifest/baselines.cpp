@@ -38,19 +38,16 @@ std::optional<std::string> mesh_defect(const Gate& gate) {
   const api::MeshInput input{file.string(), whole->bytes(), file.string(), ""};
   const auto mesh = api::load(input, api::ReadLimits{});
   if (!mesh) return "cannot be read: " + mesh.error().message;
-  for (const RegionLimit& one : gate.regions) {
-    const auto* const group = std::get_if<Group>(&one.region.shape);
+  for (const Region& region : gate.request.options.regions) {
+    const auto* const group = std::get_if<Group>(&region.shape);
     if (group && !api::find_group(mesh->groups, group->name))
-      return "has no group " + api::shown_text(group->name) + ", which the region " + api::shown_text(one.region.name) +
+      return "has no group " + api::shown_text(group->name) + ", which the region " + api::shown_text(region.name) +
              " needs: export it with its groups, or change the region";
   }
   return std::nullopt;
 }
 
-bool has_group(const Gate& gate) {
-  return std::ranges::any_of(gate.regions,
-                             [](const RegionLimit& one) { return std::holds_alternative<Group>(one.region.shape); });
-}
+bool has_group(const Gate& gate) { return std::ranges::any_of(gate.request.options.regions, &Region::is_group); }
 
 // Returns why the candidate is more than one file: a copy of the .gltf alone would lack the files beside it.
 std::optional<std::string> several_files_defect(const fs::path& candidate) {

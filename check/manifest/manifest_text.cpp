@@ -9,10 +9,12 @@
 #include "api/formats/utf8.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
+#include "api/request.h"
 #include "api/suggestion.h"
 #include "check/manifest/glob.h"
+#include "check/manifest/names.h"
 #include "check/manifest/naming.h"
-#include "check/manifest/settings.h"
+#include "check/manifest/yaml_json.h"
 #include "check/manifest/yaml_tree.h"
 
 namespace meshgauge::check {
@@ -22,6 +24,8 @@ using Kind = YamlNode::Kind;
 
 constexpr std::string_view kTop[] = {"version", "defaults", "gates"};
 constexpr std::string_view kOwn[] = {"name", "candidate", "baseline"};  // keys of a gate that are not settings
+constexpr std::string_view kOfGates[] = {"cloud", "on_fail", "unmatched_baselines"};
+constexpr std::string_view kLimits[] = {"max_distance", "max_share_beyond", "zone"};
 constexpr std::string_view kExample = "version: 1, then gates: with a list of '- name: ...'";
 
 // Keys from elsewhere: the API, flags, YAML.
@@ -45,10 +49,14 @@ bool holds(std::span<const std::string_view> words, std::string_view word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-const SettingReader* reader_of(std::string_view key) {
-  const auto readers = setting_readers();
-  const auto found = std::find_if(readers.begin(), readers.end(), [&](auto& reader) { return reader.key == key; });
-  return found == readers.end() ? nullptr : &*found;
+// The keys of a gate and of the defaults: those of a request, then those that only a gate has.
+const std::vector<std::string_view>& settings() {
+  static const std::vector<std::string_view> kSettings = [] {
+    std::vector<std::string_view> keys = api::options_of(kManifest);
+    keys.insert(keys.end(), std::begin(kOfGates), std::end(kOfGates));
+    return keys;
+  }();
+  return kSettings;
 }
 
 const Foreign* foreign_key(std::string_view key) {
@@ -59,38 +67,82 @@ const Foreign* foreign_key(std::string_view key) {
 std::string unknown_key(std::string_view key, std::span<const std::string_view> known) {
   const std::string shown = api::shown_text(key);
   if (holds(kOwn, key)) return "key " + shown + " belongs to a gate";
-  if (reader_of(key)) return "key " + shown + " belongs to a gate or under 'defaults'";
+  if (holds(settings(), key)) return "key " + shown + " belongs to a gate or under 'defaults'";
   const Foreign* foreign = holds(known, "name") ? foreign_key(key) : nullptr;
   return "unknown key " + shown + (foreign ? ": " + std::string(foreign->advice) : api::suggestion(key, known));
-}
-
-const YamlNode* find(const YamlNode& map, std::string_view key) {
-  for (std::size_t i = 0; i < map.keys.size(); ++i) {
-    if (map.keys[i].text == key) return &map.items[i];
-  }
-  return nullptr;
 }
 
 // Whether the key is there under another name, which is already a mistake.
 bool is_misnamed(const YamlNode& map, std::string_view key) {
   return std::any_of(map.keys.begin(), map.keys.end(), [&](const Written& written) {
-    if (holds(kOwn, written.text) || reader_of(written.text)) return false;
+    if (holds(kOwn, written.text) || holds(settings(), written.text)) return false;
     const Foreign* foreign = foreign_key(written.text);
     return foreign ? foreign->meant == key : !api::nearest(written.text, std::span(&key, 1)).empty();
   });
 }
 
-// `own`: the keys of the map that are not settings.
-void read_settings(const YamlNode& map, std::span<const std::string_view> own, Draft& draft, Mistakes& mistakes) {
+// Adds a mistake for each key that is neither a setting nor one of `own`.
+void check_keys(const YamlNode& map, std::span<const std::string_view> own, Mistakes& mistakes) {
   std::vector<std::string_view> known(own.begin(), own.end());
-  for (const SettingReader& reader : setting_readers()) known.push_back(reader.key);
-  for (std::size_t i = 0; i < map.keys.size(); ++i) {
-    const Written& key = map.keys[i];
-    const SettingReader* reader = reader_of(key.text);
-    if (reader) reader->read({reader->key, map.items[i]}, draft, mistakes);
-    if (!reader && !holds(own, key.text)) mistakes.add(key.place, unknown_key(key.text, known));
+  known.insert(known.end(), settings().begin(), settings().end());
+  for (const Written& key : map.keys) {
+    if (!holds(known, key.text)) mistakes.add(key.place, unknown_key(key.text, known));
   }
 }
+
+// The settings of a gate: its own, and those of the defaults that it has not.
+class Settings {
+ public:
+  // `gate`: null: the defaults alone.
+  Settings(const YamlNode* defaults, const YamlNode* gate) : defaults_(defaults), gate_(gate) {
+    // `points` of the defaults is for gates that keep the defaults' strategy.
+    const bool other_strategy = gate && check::find(*gate, "strategy") && !check::find(*gate, "points");
+    for (const std::string_view key : settings()) {
+      const YamlNode* const node = find(key);
+      if (node && !(key == "points" && other_strategy)) json_[std::string(key)] = json_of(*node);
+    }
+  }
+
+  bool has(std::string_view key) const { return json_.contains(key); }
+
+  // Reads them all. The defaults alone need not fit each other: gates complete them.
+  void read(Entry& entry, Mistakes& mistakes) const {
+    nlohmann::json document = json_;
+    for (const std::string_view key : kOfGates) document.erase(std::string(key));
+    if (gate_) {
+      api::ReadRequest request = api::read_request(document, kManifest);
+      entry.gate.request = std::move(request.request);
+      add(request.mistakes, mistakes);
+    } else {
+      add(api::mistakes_in_part(document, kManifest), mistakes);
+    }
+    api::Reading reading(kManifest);
+    if (has("cloud")) entry.gate.cloud = reading.boolean(json_["cloud"], "/cloud").value_or(false);
+    if (has("on_fail")) entry.gate.warn_only = reading.name(kOnFail, json_["on_fail"], "/on_fail").value_or(false);
+    if (has("unmatched_baselines"))
+      entry.unmatched_ignored =
+          reading.name(kUnmatchedBaselines, json_["unmatched_baselines"], "/unmatched_baselines").value_or(false);
+    add(reading.mistakes, mistakes);
+  }
+
+ private:
+  const YamlNode* find(std::string_view key) const {
+    const YamlNode* const own = gate_ ? check::find(*gate_, key) : nullptr;
+    return own || !defaults_ ? own : check::find(*defaults_, key);
+  }
+
+  void add(const std::vector<api::RequestMistake>& found, Mistakes& mistakes) const {
+    for (const api::RequestMistake& one : found) {
+      const std::string key = one.pointer.substr(1, one.pointer.find('/', 1) - 1);
+      const YamlNode* const tree = gate_ && check::find(*gate_, key) ? gate_ : defaults_;
+      mistakes.add(place_of(tree ? *tree : *gate_, one.pointer, one.of_key), one.message);
+    }
+  }
+
+  const YamlNode* defaults_;
+  const YamlNode* gate_;
+  nlohmann::json json_ = nlohmann::json::object();
+};
 
 // Returns an empty text if the node is not a usable text.
 Written read_text(std::string_view key, const YamlNode& node, std::size_t max_bytes, Mistakes& mistakes) {
@@ -135,12 +187,13 @@ std::string subject(const Entry& entry) {
   return entry.name.text.empty() ? "the gate" : "gate " + api::shown_text(entry.name.text);
 }
 
-Entry read_entry(const YamlNode& node, Draft draft, Mistakes& mistakes) {
-  draft.own_strategy = draft.own_points = false;
-  read_settings(node, kOwn, draft, mistakes);
-  check_settings(draft, mistakes);
+Entry read_entry(const YamlNode& node, const YamlNode* defaults, Mistakes& mistakes) {
+  check_keys(node, kOwn, mistakes);
+  const Settings given(defaults, &node);
   Entry entry;
   entry.place = node.place;
+  entry.gate.line = node.place.line;
+  given.read(entry, mistakes);
   const auto text = [&](const char* key, std::size_t max_bytes) {
     const YamlNode* value = find(node, key);
     return value ? read_text(key, *value, max_bytes, mistakes) : Written{};
@@ -156,30 +209,29 @@ Entry read_entry(const YamlNode& node, Draft draft, Mistakes& mistakes) {
       mistakes.add(node.place,
                    subject(entry) + " has no " + std::string(key) + ": add '" + std::string(key) + ": ...'");
   }
-  if (!draft.limit_given && !is_misnamed(node, "max_distance") && !is_misnamed(node, "max_share_beyond") &&
-      !is_misnamed(node, "zone")) {
+  const auto is_there = [&](std::string_view limit) { return given.has(limit) || is_misnamed(node, limit); };
+  if (std::none_of(std::begin(kLimits), std::end(kLimits), is_there)) {
     mistakes.add(node.place, subject(entry) +
                                  " has no max_distance: give one here or under 'defaults', as 0.05 mm or 0.5 %; or "
                                  "max_share_beyond or zone");
   }
-  entry.unmatched_ignored = draft.unmatched_ignored;
-  entry.gate = std::move(draft.gate);
-  entry.gate.line = node.place.line;
   return entry;
 }
 
-Draft read_defaults(const YamlNode* node, Mistakes& mistakes) {
-  Draft draft;
-  if (!node) return draft;
+// Returns the map of the defaults; null: there is none.
+const YamlNode* read_defaults(const YamlNode* node, Mistakes& mistakes) {
+  if (!node) return nullptr;
   if (node->kind != Kind::map) {
     mistakes.add(node->place, "defaults must be a map of settings, not " + shown(*node));
-    return draft;
+    return nullptr;
   }
-  read_settings(*node, {}, draft, mistakes);
-  return draft;
+  check_keys(*node, {}, mistakes);
+  Entry nothing;
+  Settings(node, nullptr).read(nothing, mistakes);
+  return node;
 }
 
-std::vector<Entry> read_gates(const YamlNode& list, const Draft& defaults, Mistakes& mistakes) {
+std::vector<Entry> read_gates(const YamlNode& list, const YamlNode* defaults, Mistakes& mistakes) {
   std::vector<Entry> entries;
   if (list.kind != Kind::list || list.items.empty()) {
     const bool none = list.kind == Kind::list || list.kind == Kind::none;
@@ -217,7 +269,7 @@ std::vector<Entry> read_manifest(std::string_view text, Mistakes& mistakes) {
     if (!holds(kTop, key.text)) mistakes.add(key.place, unknown_key(key.text, kTop));
   }
   check_version(find(*root, "version"), mistakes);
-  const Draft defaults = read_defaults(find(*root, "defaults"), mistakes);
+  const YamlNode* const defaults = read_defaults(find(*root, "defaults"), mistakes);
   const YamlNode* gates = find(*root, "gates");
   if (!gates) mistakes.add({1, 1}, "gates is missing: list what to check, each with '- name: ...'");
   return gates ? read_gates(*gates, defaults, mistakes) : std::vector<Entry>{};

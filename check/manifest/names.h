@@ -2,14 +2,11 @@
 #pragma once
 
 #include "api/names.h"
-#include "engine/options.h"
 
 namespace meshgauge::check {
 
-using api::kDirectionWords;
-
 inline constexpr api::Name<bool> kOnFail[] = {{false, "fail"}, {true, "warn"}};  // values of Gate::warn_only
 inline constexpr api::Name<bool> kUnmatchedBaselines[] = {{false, "error"},
-                                                          {true, "ignore"}};  // values of Draft::unmatched_ignored
+                                                          {true, "ignore"}};  // values of Entry::unmatched_ignored
 
 }  // namespace meshgauge::check

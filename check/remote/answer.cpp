@@ -131,13 +131,13 @@ std::string sha256_of(const Json& comparison, const char* part) {
 }
 
 // Whether it has the regions asked for, and the rest.
-bool has_regions(const Json& comparison, const Limits& limits) {
+bool has_regions(const Json& comparison, const std::vector<Region>& asked_for) {
   const auto found = comparison.find("regions");
-  if (found == comparison.end()) return limits.regions.empty();
-  if (limits.regions.empty() || !found->is_array() || found->size() != limits.regions.size() + 1) return false;
-  for (std::size_t i = 0; i < limits.regions.size(); ++i) {
+  if (found == comparison.end()) return asked_for.empty();
+  if (asked_for.empty() || !found->is_array() || found->size() != asked_for.size() + 1) return false;
+  for (std::size_t i = 0; i < asked_for.size(); ++i) {
     if (!found->at(i).is_object()) return false;
-    const Json region = api::json_of(limits.regions[i]);
+    const Json region = api::json_of(asked_for[i]);
     for (const auto& [member, asked] : region.items()) {
       if (!found->at(i).contains(member) || found->at(i).at(member) != asked) return false;
     }
@@ -145,8 +145,8 @@ bool has_regions(const Json& comparison, const Limits& limits) {
   return true;
 }
 
-bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& limits) {
-  const api::ComparisonOptions asked = options_of(gate_asked, limits);
+bool is_answer_to(const Json& comparison, const Gate& gate_asked) {
+  const api::ComparisonOptions asked = options_in(gate_asked, comparison);
   if (text(comparison, "direction") != api::name_of(api::kDirections, asked.direction)) return false;
   if (!has_units_of(comparison, asked.units)) return false;
   const auto alignment = comparison.find("alignment");  // never moved, or left, unasked
@@ -159,12 +159,12 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked, const Limits& 
     return found == json.end() ? wanted.is_null() : *found == wanted;
   };
   const auto same = [&](const char* member, const Json& wanted) { return has(*gate, member, wanted); };
-  return has_regions(comparison, limits) &&
+  return has_regions(comparison, asked.regions) &&
          has(comparison, "expect", asked.expect.any() ? api::json_of(asked.expect) : Json()) &&
-         same("max_distance", limits.max_distance ? Json(*limits.max_distance) : Json()) &&
-         same("max_share_beyond", limits.max_share_beyond ? Json(api::json_of(*limits.max_share_beyond)) : Json()) &&
-         same("zone", limits.zone ? Json(api::json_of(*limits.zone)) : Json()) &&
-         same("uncertainty", limits.uncertainty > 0 ? Json(limits.uncertainty) : Json());
+         same("max_distance", asked.max_distance ? Json(*asked.max_distance) : Json()) &&
+         same("max_share_beyond", asked.max_share_beyond ? Json(api::json_of(*asked.max_share_beyond)) : Json()) &&
+         same("zone", asked.zone ? Json(api::json_of(*asked.zone)) : Json()) &&
+         same("uncertainty", asked.uncertainty > 0 ? Json(asked.uncertainty) : Json());
 }
 
 std::optional<Problem> problem_from(const Json& json) {

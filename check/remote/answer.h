@@ -73,7 +73,7 @@ std::string sha256_of(const nlohmann::ordered_json& comparison, const char* part
 
 // Whether the comparison has the gate's direction, these limits to the last bit, what the gate expects, and its units.
 // A service that does not convert units has no units.
-bool is_answer_to(const nlohmann::ordered_json& comparison, const Gate& gate, const Limits& limits);
+bool is_answer_to(const nlohmann::ordered_json& comparison, const Gate& gate);
 
 // Makes the gate's Error of a problem. `base`: address of the service, for messages. The message about a mesh is the
 // same as if this process had measured.

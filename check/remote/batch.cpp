@@ -10,7 +10,6 @@
 #include "api/formats/text.h"
 #include "api/formats/utf8.h"
 #include "check/remote/batch_results.h"
-#include "check/remote/request.h"
 #include "check/remote/waiting.h"
 
 namespace meshgauge::check::service {
@@ -124,7 +123,7 @@ bool Batch::due(const BatchState& batch) const {
 
 milliseconds Batch::longest() const {
   milliseconds longest{0};
-  for (const Pair* pair : pairs_) longest = std::max(longest, pair->gate().timeout);
+  for (const Pair* pair : pairs_) longest = std::max(longest, pair->gate().request.timeout);
   return longest;
 }
 

@@ -5,7 +5,6 @@
 #include <thread>
 #include <utility>
 
-#include "check/remote/request.h"
 #include "check/remote/waiting.h"
 
 namespace meshgauge::check::service {
@@ -96,7 +95,7 @@ Error Comparison::unexpected(const HttpAnswer& reply) const {
 
 // Polls the comparison until it has ended, through restarts of the service and of proxies.
 Result<End> Comparison::follow(const std::string& id) {
-  const auto wall = Clock::now() + pair_.gate().timeout + client_.retry_time();
+  const auto wall = Clock::now() + pair_.gate().request.timeout + client_.retry_time();
   milliseconds interval = kFirstPoll;
   while (pause(interval, control_) && Clock::now() < wall) {
     const auto reply = client_.ask(job_request("GET", id), control_);

@@ -2,25 +2,17 @@
 
 #include <utility>
 
-#include "check/remote/request.h"
+#include "api/request.h"
 
 namespace meshgauge::check::service {
 
 using Json = nlohmann::ordered_json;
 
+std::string document_of(const Json& asked) { return asked.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 Result<Done> Pair::send() {
-  if (auto ok = find_limits(); !ok) return ok;
   if (auto ok = send(a_, Sender::Part::candidate); !ok) return ok;
   return send(b_, Sender::Part::baseline);
-}
-
-Result<Done> Pair::find_limits() {
-  if (limits_) return Done{};
-  Result<double> diagonal = 0.0;
-  if (has_diagonal_share(gate_)) diagonal = sender_.baseline_diagonal(gate_, control_);
-  if (!diagonal) return diagonal.error();
-  limits_ = limits_of(gate_, *diagonal);
-  return Done{};
 }
 
 Result<Done> Pair::send(Mesh& mesh, Sender::Part part) {
@@ -36,11 +28,10 @@ bool Pair::forget(const std::string& part) {
   return !std::exchange(mesh.sent_again, true);
 }
 
-Json Pair::asked() const { return asked_of(a_.id, b_.id, gate_, *limits_); }
+Json Pair::asked() const { return {{"a", a_.id}, {"b", b_.id}, {"options", api::json_of(gate_.request)}}; }
 
 bool Pair::is_ours(const Json& document) const {
-  return sha256_of(document, "a") == a_.id && sha256_of(document, "b") == b_.id &&
-         is_answer_to(document, gate_, *limits_);
+  return sha256_of(document, "a") == a_.id && sha256_of(document, "b") == b_.id && is_answer_to(document, gate_);
 }
 
 End Pair::end_of(Job job) const {

@@ -21,12 +21,15 @@ struct End {
   bool lost = false;  // the service no longer knows the comparison
 };
 
+// Returns the body of a request. What is not UTF-8 in a name becomes U+FFFD.
+std::string document_of(const nlohmann::ordered_json& asked);
+
 // For one thread at a time. Borrows all arguments.
 class Pair {
  public:
   Pair(Sender& sender, const Gate& gate, Control& control) : sender_(sender), gate_(gate), control_(control) {}
 
-  // Computes the limits and stores both meshes at the service. Blocks.
+  // Stores both meshes at the service. Blocks.
   Result<Done> send();
 
   // Makes the next send() upload this mesh, "a" or "b", without asking, since the service has lost it. False: it was
@@ -35,7 +38,6 @@ class Pair {
 
   const Gate& gate() const { return gate_; }
   // Precondition of the following: send() has succeeded.
-  const Limits& limits() const { return *limits_; }  // a share of the diagonal is in the baseline's own unit
   nlohmann::ordered_json asked() const;
 
   // Whether the document is about these meshes and options. A proxy may answer with something else.
@@ -50,13 +52,11 @@ class Pair {
     bool sent_again = false;  // uploaded again once
   };
 
-  Result<Done> find_limits();
   Result<Done> send(Mesh& mesh, Sender::Part part);
 
   Sender& sender_;
   const Gate& gate_;
   Control& control_;
-  std::optional<Limits> limits_;
   Mesh a_, b_;
 };
 

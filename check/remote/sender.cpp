@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <future>
 #include <span>
-#include <thread>
 #include <utility>
 
 #include "api/digest.h"
 #include "api/formats/detect.h"
 #include "api/formats/gzip.h"
-#include "api/formats/read_part.h"
 #include "api/mesh_file.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"
@@ -21,7 +18,6 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 constexpr std::size_t kPiece = std::size_t{4} << 20;  // bytes hashed between two checks of `control`
-constexpr std::chrono::milliseconds kReadTick{10};    // between two checks of `control` while a file is read
 constexpr std::size_t kSlowest = 10'000;              // bytes per second; slower uploads fail
 
 std::chrono::milliseconds limit_of(std::size_t bytes) {
@@ -35,14 +31,6 @@ const std::filesystem::path& file_of(const Gate& gate, Sender::Part part) {
 Error named(Error error, Sender::Part part) {
   error.part = part == Sender::Part::candidate ? "a" : "b";
   return error;
-}
-
-Result<double> diagonal_of(const std::string& file, const api::Pipes* pipes) {
-  const auto opened = api::MeshFile::open(file, pipes);
-  if (!opened) return opened.error();
-  const auto read = api::read_part(opened->bytes(), {file, file, ""}, api::ReadLimits{});
-  if (!read) return read.error();
-  return diagonal(bounding_box(read->mesh));
 }
 
 }  // namespace
@@ -105,22 +93,6 @@ Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, co
   Error error = error_of(*reply, gate, client_.base(), client_.has_key());
   if (problem) error.message = "'" + file.string() + "' is not taken: " + error.message;
   return error;
-}
-
-Result<double> Sender::baseline_diagonal(const Gate& gate, Control& control) {
-  const std::string name = gate.baseline.string();
-  auto found = diagonals_.get(name, control, [&]() -> Result<double> {
-    // A reader cannot be cancelled, so its thread is left behind.
-    std::packaged_task<Result<double>()> reading([name, pipes = gate.pipes] { return diagonal_of(name, pipes.get()); });
-    auto diagonal = reading.get_future();
-    std::thread(std::move(reading)).detach();
-    while (control.check() != Interruption::cancelled) {
-      if (diagonal.wait_for(kReadTick) == std::future_status::ready) return diagonal.get();
-    }
-    return cancelled();
-  });
-  if (!found) return named(std::move(found).error(), Part::baseline);
-  return found;
 }
 
 }  // namespace meshgauge::check::service

@@ -26,11 +26,6 @@ class Sender {
   // Forgets which meshes were delivered; the service is asked again for each.
   void doubt() { delivered_.forget_all(); }
 
-  // Diagonal of the baseline's bounding box, the same bits as measured here. The file is read by a thread of its own
-  // that may outlive main() after a cancellation; the process should then end by _Exit(), as with Meshes
-  // (check/run/meshes.h).
-  Result<double> baseline_diagonal(const Gate& gate, Control& control);
-
  private:
   Result<std::string> hash(const Gate& gate, const std::filesystem::path& file, Control& control);
   Result<Done> deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control,
@@ -38,9 +33,8 @@ class Sender {
   Result<Done> put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control);
 
   Client& client_;
-  LazyMap<std::string> ids_;   // by path
-  LazyMap<Done> delivered_;    // by id
-  LazyMap<double> diagonals_;  // by path
+  LazyMap<std::string> ids_;  // by path
+  LazyMap<Done> delivered_;   // by id
 };
 
 }  // namespace meshgauge::check::service

@@ -21,7 +21,7 @@ Result<Measured> measured_of(const Shared& shared, const Pair& pair, Result<Json
   if (!document) return document.error();
   // Removed, since the document must not depend on whether a service measured.
   const std::string view = take_view(*document);
-  auto measured = measured_from(std::move(*document), pair.limits());
+  auto measured = measured_from(std::move(*document), pair.gate());
   if (measured && !view.empty()) measured->link = link_to(shared.client.base(), view);
   return measured;
 }

@@ -63,7 +63,7 @@ Properties properties_of(const GateOutcome& outcome, Level level) {
                         {"level", std::string(to_string(level))},
                         {"candidate", shown_name(gate.candidate.string())},
                         {"baseline", shown_name(gate.baseline.string())},
-                        {"direction", std::string(api::name_of(api::kDirections, gate.options.direction))}};
+                        {"direction", std::string(api::name_of(api::kDirections, gate.request.options.direction))}};
   if (const std::string unit = outcome.unit(); !unit.empty()) properties.emplace_back("units", unit);
   for (const std::string& note : notes_of(outcome)) properties.emplace_back("note", note);
   if (!gate.manifest.empty()) properties.emplace_back("source", source_of(gate));

@@ -108,7 +108,7 @@ Json properties_of(const GateOutcome& outcome) {
                   {"verdict", to_string(outcome.verdict())},
                   {"candidate", shown_name(gate.candidate.string())},
                   {"baseline", shown_name(gate.baseline.string())},
-                  {"direction", api::name_of(api::kDirections, gate.options.direction)},
+                  {"direction", api::name_of(api::kDirections, gate.request.options.direction)},
                   {"wallMs", finite_or_null(outcome.wall_ms)}};
   if (const std::string unit = outcome.unit(); !unit.empty()) properties["units"] = unit;
   if (const auto notes = notes_of(outcome); !notes.empty()) properties["notes"] = notes;

@@ -56,20 +56,30 @@ std::string point(const Vec3& p) {
   return "(" + to_digits(p.x(), kDigits) + ", " + to_digits(p.y(), kDigits) + ", " + to_digits(p.z(), kDigits) + ")";
 }
 
-std::string share_of_diagonal(const Limit& limit) {
-  return to_digits(100 * *limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal";
+std::string in_percent_of_diagonal(double share) { return to_digits(100 * share, kDigits) + " %"; }
+
+// The limit of the distance as the gate has it: of the region, of the side, or of the gate.
+double asked_for(const Gate& gate, const Criterion& criterion) {
+  const api::ComparisonOptions& options = gate.request.options;
+  if (criterion.beyond) return options.max_share_beyond->distance;
+  if (criterion.side == "inside") return options.zone->inside;
+  if (criterion.side == "outside") return options.zone->outside;
+  for (const Region& region : options.regions) {
+    if (region.name == criterion.region && region.max_distance) return *region.max_distance;
+  }
+  return options.max_distance.value_or(0);
 }
 
 // `number`: the limit as measured.
-std::string length_in_words(const GateOutcome& outcome, const Limit& limit, const std::string& number) {
-  const std::string length = with_unit(number, outcome.unit());
-  return limit.max_diagonal_share ? length + " (" + share_of_diagonal(limit) + ")" : length;
+std::string length_in_words(const GateOutcome& outcome, const Criterion& criterion, const std::string& number) {
+  const std::string length = with_unit(number, outcome.unit()), share = share_of_diagonal(outcome, criterion);
+  return share.empty() ? length : length + " (" + share + " of the baseline's diagonal)";
 }
 
 // The same before the gate is measured.
-std::string length_in_words(const GateOutcome& outcome, const Limit& limit) {
-  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, kDigits), outcome.unit());
-  return limit.max_diagonal_share ? share_of_diagonal(limit) : "";
+std::string length_in_words(const GateOutcome& outcome, double limit) {
+  return is_of_diagonal(outcome.gate) ? in_percent_of_diagonal(limit) + " of the baseline's diagonal"
+                                      : with_unit(to_digits(limit, kDigits), outcome.unit());
 }
 
 // " ± 0.01 mm"; empty without an uncertainty.
@@ -87,10 +97,8 @@ std::string side_of(const Criterion& criterion) {
 std::string limit_in_words(const GateOutcome& outcome, const Criterion& criterion) {
   const std::string number = figures_of(criterion).limit;
   if (!criterion.beyond)
-    return length_in_words(outcome, limit_for(outcome, criterion), number) + uncertainty_of(outcome, criterion) +
-           side_of(criterion);
-  return number + " % beyond " +
-         length_in_words(outcome, outcome.gate.area_limit->distance, to_digits(*criterion.beyond, kDigits)) +
+    return length_in_words(outcome, criterion, number) + uncertainty_of(outcome, criterion) + side_of(criterion);
+  return number + " % beyond " + length_in_words(outcome, criterion, to_digits(*criterion.beyond, kDigits)) +
          uncertainty_of(outcome, criterion);
 }
 
@@ -136,14 +144,17 @@ std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 
 std::string limit_of(const GateOutcome& outcome) {
   if (outcome.measured) return limit_in_words(outcome, outcome.measured->foremost());
-  const auto& area = outcome.gate.area_limit;
-  const std::string of_area =
-      area ? to_digits(100 * area->share, kDigits) + " % beyond " + length_in_words(outcome, area->distance) : "";
-  const auto& zone = outcome.gate.zone;
-  const std::string of_zone =
-      zone ? length_in_words(outcome, zone->inside) + " inside, " + length_in_words(outcome, zone->outside) + " outside"
-           : "";
-  return joined(joined(length_in_words(outcome, outcome.gate.limit), of_zone, ", "), of_area, ", ");
+  const api::ComparisonOptions& asked = outcome.gate.request.options;
+  std::string text = asked.max_distance ? length_in_words(outcome, *asked.max_distance) : "";
+  if (const auto& zone = asked.zone)
+    text = joined(
+        text,
+        length_in_words(outcome, zone->inside) + " inside, " + length_in_words(outcome, zone->outside) + " outside",
+        ", ");
+  const auto& area = asked.max_share_beyond;
+  if (!area) return text;
+  return joined(text, to_digits(100 * area->share, kDigits) + " % beyond " + length_in_words(outcome, area->distance),
+                ", ");
 }
 
 std::string interval_of(const GateOutcome& outcome) {
@@ -152,13 +163,8 @@ std::string interval_of(const GateOutcome& outcome) {
   return (foremost.region.empty() ? "" : shown_name(foremost.region) + ": ") + interval_in_words(outcome, foremost);
 }
 
-const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion) {
-  if (criterion.side == "inside") return outcome.gate.zone->inside;
-  if (criterion.side == "outside") return outcome.gate.zone->outside;
-  for (const RegionLimit& one : outcome.gate.regions) {
-    if (one.region.name == criterion.region && one.limit.is_given()) return one.limit;
-  }
-  return outcome.gate.limit;
+std::string share_of_diagonal(const GateOutcome& outcome, const Criterion& criterion) {
+  return is_of_diagonal(outcome.gate) ? in_percent_of_diagonal(asked_for(outcome.gate, criterion)) : "";
 }
 
 std::vector<CriterionWords> criteria_in_words(const GateOutcome& outcome) {

@@ -24,8 +24,8 @@ std::string limit_of(const GateOutcome& outcome);  // "0.05 mm", "0.0173 (0.5 % 
 // Returns "0.0968 .. 0.0977 mm" of the foremost criterion, "bore: 0.0968 .. 0.0977 mm" of a region; "at least 0.0968
 // mm" for a fail whose upper bound says little, because it is more than twice the lower one; empty without an interval.
 std::string interval_of(const GateOutcome& outcome);
-// The limit of a distance as the gate says it: of the region, or of the gate.
-const Limit& limit_for(const GateOutcome& outcome, const Criterion& criterion);
+// Returns the share of the diagonal that the limit of a distance is as the gate says it, "0.5 %"; empty: it is none.
+std::string share_of_diagonal(const GateOutcome& outcome, const Criterion& criterion);
 // A line of a report for a limit: its name, interval and limit as interval_of() and limit_of() say them.
 struct CriterionWords {
   std::string name, interval, limit;

@@ -19,8 +19,8 @@ std::string seconds(std::chrono::milliseconds time) {
 }
 
 std::string longer_timeout(const Gate& gate) {
-  if (static_cast<double>(gate.timeout.count()) < api::kTimeoutMsRange.high)
-    return "a longer timeout than " + seconds(gate.timeout);
+  if (static_cast<double>(gate.request.timeout.count()) < api::kTimeoutMsRange.high)
+    return "a longer timeout than " + seconds(gate.request.timeout);
   return "more threads or a faster machine, since its timeout is the longest there is";
 }
 

@@ -20,33 +20,35 @@ Json or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Js
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
 // In `.limit`: the limit as measured or, without a measurement, as far as the manifest says it.
-Json json_of(const AreaLimit& area, const Criterion* found) {
-  return {{"distance", or_null(found ? found->beyond : area.distance.max_distance)},
-          {"diagonal_share", or_null(area.distance.max_diagonal_share)},
-          {"share", area.share}};
-}
-
 Json limits_of(const GateOutcome& outcome) {
-  const Gate& gate = outcome.gate;
+  const api::ComparisonOptions& asked = outcome.gate.request.options;
+  const bool of_diagonal = is_of_diagonal(outcome.gate);
   const auto found = [&](Criterion::Of of, const char* side = "") {
     return outcome.measured ? outcome.measured->find(of, "", side) : nullptr;
   };
-  const auto length = [](const Criterion* criterion, const Limit& limit) {
-    return criterion ? Json(criterion->limit) : or_null(limit.max_distance);
+  const auto length = [&](const Criterion* measured, double limit) {
+    return measured ? Json(measured->limit) : of_diagonal ? Json(nullptr) : Json(limit);
   };
+  const auto in_diagonals = [&](double limit) { return of_diagonal ? Json(limit) : Json(nullptr); };
   using enum Criterion::Of;
-  Json json{{"max_distance", length(found(distance), gate.limit)},
-            {"diagonal_share", or_null(gate.limit.max_diagonal_share)},
+  const auto& most = asked.max_distance;
+  Json json{{"max_distance", most ? length(found(distance), *most) : Json(nullptr)},
+            {"diagonal_share", most ? in_diagonals(*most) : Json(nullptr)},
             {"units", or_null(outcome.unit())}};
-  if (gate.uncertainty.is_given())
-    json["uncertainty"] = outcome.measured ? Json(outcome.measured->criteria.front().uncertainty)
-                                           : or_null(gate.uncertainty.max_distance);
-  if (gate.zone) {
-    const Json inside = length(found(distance, "inside"), gate.zone->inside);
+  if (asked.uncertainty > 0)
+    json["uncertainty"] =
+        outcome.measured ? Json(outcome.measured->criteria.front().uncertainty) : length(nullptr, asked.uncertainty);
+  if (const auto& zone = asked.zone) {
+    const Json inside = length(found(distance, "inside"), zone->inside);
     json["zone"] = {inside.is_null() ? inside : Json(0 - inside.get<double>()),
-                    length(found(distance, "outside"), gate.zone->outside)};
+                    length(found(distance, "outside"), zone->outside)};
   }
-  if (gate.area_limit) json["max_share_beyond"] = json_of(*gate.area_limit, found(share));
+  if (const auto& area = asked.max_share_beyond) {
+    const Criterion* measured = found(Criterion::Of::share);
+    json["max_share_beyond"] = {{"distance", measured ? Json(*measured->beyond) : length(nullptr, area->distance)},
+                                {"diagonal_share", in_diagonals(area->distance)},
+                                {"share", area->share}};
+  }
   return json;
 }
 
@@ -142,7 +144,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"level", to_string(outcome.level(rule))},
             {"candidate", gate.candidate.string()},
             {"baseline", gate.baseline.string()},
-            {"direction", api::name_of(api::kDirections, gate.options.direction)},
+            {"direction", api::name_of(api::kDirections, gate.request.options.direction)},
             {"limit", limits_of(outcome)},
             {"distance", distance(measured)},
             {"criteria", criteria_json(outcome)},
@@ -152,7 +154,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"advice", or_null(outcome.advice())},
             {"error", json_of(outcome.error)},
             {"interrupted", outcome.interrupted},
-            {"timeout_ms", gate.timeout.count()},
+            {"timeout_ms", gate.request.timeout.count()},
             {"wall_ms", outcome.wall_ms},
             {"manifest", place(gate)},
             {"history", json_of(outcome.history)},

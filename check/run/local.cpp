@@ -27,7 +27,7 @@ class Local final : public Measurer {
         processors_(std::max(1U, options.processors), at_once_, gates) {}
 
   Result<Measured> measure(const Gate& gate, Control& control) override {
-    control.set_deadline(Control::Clock::now() + gate.timeout);
+    control.set_deadline(Control::Clock::now() + gate.request.timeout);
     const Seat seat(*this, gate, control);
     return measure(gate, seat.threads, control);
   }
@@ -55,8 +55,8 @@ class Local final : public Measurer {
 
   // Only `automatic` uses more than one thread.
   static unsigned wanted(const Gate& gate) {
-    if (gate.options.strategy != Strategy::automatic) return 1;
-    return gate.threads_given ? gate.options.threads : 0;
+    if (gate.request.options.strategy != Strategy::automatic) return 1;
+    return gate.request.threads_given ? gate.request.options.threads : 0;
   }
 
   Result<Measured> measure(const Gate& gate, unsigned threads, Control& control) {
@@ -70,13 +70,11 @@ class Local final : public Measurer {
     if (!baseline) return named(baseline.error(), "b");
     times.read_b = ms_since(start) - times.read_a;
 
-    const Limits limits = limits_of(gate, (*baseline)->facts.diagonal);
-    api::ComparisonOptions options = options_of(gate, limits);
+    api::ComparisonOptions options = gate.request.options;
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
-    if (auto ok = api::check_uncertainty(options, "uncertainty"); !ok) return ok.error();
     const auto comparison = api::compare(*candidate, *baseline, options, control, times);
     if (!comparison) return with_files(comparison.error(), gate);
-    return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), limits);
+    return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), gate);
   }
 
   const std::shared_ptr<Meshes> meshes_;

@@ -49,7 +49,7 @@ GateOutcome outcome_of(const Gate& gate, Result<Measured>&& result, Control& sto
     static const nlohmann::ordered_json kNone;
     const auto meshes = outcome.measured->document.find("meshes");
     outcome.expectations =
-        examined(gate.expect, meshes == outcome.measured->document.end() ? kNone : *meshes, outcome.unit());
+        examined(gate.request.options.expect, meshes == outcome.measured->document.end() ? kNone : *meshes, outcome.unit());
     return outcome;
   }
   outcome.interrupted = result.error().code == ErrorCode::out_of_time;

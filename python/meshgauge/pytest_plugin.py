@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from typing import Any, Callable, Mapping, Optional
+from typing import Any, Callable, Optional
 
 import pytest
 
@@ -128,34 +128,26 @@ class _Report:
         return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
 
     def _flags(self, actual: _meshes.Source, expected: _meshes.Source) -> list[str]:
-        units = self._options.get("units")
-        sent = _options.document(units=_meshes.units_of(actual, expected) if units is None else units)
-        direction = self._options.get("direction")
-        flags = [] if self._max_distance is None else [f"--max-distance={self._max_distance}"]
-        flags += [f"--unit-{name}={unit}" for name, unit in sent.get("units", {}).items()]
-        flags += [f"--direction={direction}"] if direction else []
+        given = {name: self._options[name] for name in _OF_REPORTS if self._options.get(name) is not None}
+        given.setdefault("units", _meshes.units_of(actual, expected))
+        sent = _options.document(max_distance=self._max_distance, **given)
+        units = sent.pop("units", {})
+        flags = [f"--unit={units}"] if isinstance(units, str) else [f"--unit-{name}={unit}" for name, unit in units.items()]
         flags += ["--cloud"] if self._options["cloud"] else []
-        if area := self._options.get("max_share_beyond"):
-            flags.append(f"--max-share-beyond={area['distance']}: {100 * area['share']!r} %")
-        if zone := self._options.get("zone"):
-            flags.append(f"--zone={zone[0]}, {zone[1]}")
-        if (uncertainty := self._options.get("uncertainty")) is not None:
-            flags.append(f"--uncertainty={uncertainty}")
-        if regions := self._options.get("regions"):
-            flags.append(f"--regions={json.dumps([_options.plain(region) for region in regions])}")
-        if (align := _options.document(align=self._options.get("align")).get("align")) is not None:
-            flags.append("--align=" + (align if isinstance(align, str) else json.dumps(align)))
-        if expect := self._options.get("expect"):
-            flags.append(f"--expect={json.dumps(_as_flag(expect))}")
-        timeout = self._options.get("timeout", 30.0)
-        return flags + ([f"--timeout={timeout} s"] if timeout else [])
+        flags += [f"--timeout={timeout} s"] if (timeout := self._options.get("timeout", 30.0)) else []
+        return flags + [f"--{name.replace('_', '-')}={value if isinstance(value, str) else json.dumps(_in_percent(value))}"
+                        for name, value in sent.items()]
 
 
-def _as_flag(expect: Mapping[str, Any]) -> dict[str, Any]:
-    """Expectations as a manifest has them: a share of the volume in percent."""
-    sent: dict[str, Any] = _options.plain(expect)
-    volume = sent.get("volume", {})
-    return {**sent, "volume": {**volume, "within": f"{100 * volume['within']!r} %"}} if "within" in volume else sent
+_OF_REPORTS = ("units", "direction", "max_share_beyond", "zone", "uncertainty", "regions", "align", "expect")
+
+
+def _in_percent(value: Any) -> Any:
+    """As flags have it: shares of an area or of a volume with a '%'."""
+    if not isinstance(value, dict):
+        return value
+    return {name: f"{100 * one!r} %" if name in ("share", "within") and not isinstance(one, str) else _in_percent(one)
+            for name, one in value.items()}
 
 
 def _environment() -> dict[str, str]:

@@ -52,8 +52,10 @@ Mesh moved_by(Mesh mesh, const RigidMotion& motion) {
   return mesh;
 }
 
-Result<std::optional<AlignOptions>> parsed_align(const std::string& text, const std::string& name) {
-  return api::read_align(text.starts_with('{') ? nlohmann::json::parse(text) : nlohmann::json(text), name);
+Result<std::optional<AlignOptions>> parsed_align(const std::string& text) {
+  const auto read = api::parse_options("{\"align\": " + (text.starts_with('{') ? text : "\"" + text + "\"") + "}");
+  if (!read) return read.error();
+  return read->options.align;
 }
 
 Result<api::Comparison> aligned_result(const std::string& a, const std::string& b, api::ComparisonOptions options,
@@ -65,7 +67,7 @@ Result<api::Comparison> aligned_result(const std::string& a, const std::string& 
 Result<api::Comparison> aligned_result(const std::string& a, const std::string& b, const std::string& align,
                                        const api::AskedUnits& units = {}) {
   api::ComparisonOptions options;
-  options.align = *parsed_align(align, "align");
+  options.align = *parsed_align(align);
   options.units = units;
   Control control;
   return aligned_result(a, b, options, control);
@@ -76,7 +78,7 @@ std::string transform_of(const std::string& rotation_and_shift, const char* orde
 }
 
 Error align_refusal(const std::string& align) {
-  const auto read = parsed_align(align, "/align");
+  const auto read = parsed_align(align);
   REQUIRE_FALSE(read.ok());
   CHECK(read.error().code == ErrorCode::invalid_request);
   return read.error();
@@ -85,14 +87,14 @@ Error align_refusal(const std::string& align) {
 }  // namespace
 
 TEST_CASE("align: the option in all its forms") {
-  CHECK_FALSE(*parsed_align("none", "align"));
-  CHECK(*parsed_align("rigid", "align") == AlignOptions());
-  CHECK(*parsed_align("{}", "align") == AlignOptions());
-  const auto all = *parsed_align(R"({"principal_axes": true, "overlap": 0.5, "fit": true})", "align");
+  CHECK_FALSE(*parsed_align("none"));
+  CHECK(*parsed_align("rigid") == AlignOptions());
+  CHECK(*parsed_align("{}") == AlignOptions());
+  const auto all = *parsed_align(R"({"principal_axes": true, "overlap": 0.5, "fit": true})");
   CHECK(*all == AlignOptions{{}, true, true, 0.5});
 
-  const auto rows = *parsed_align(transform_of("0,-1,0,5, 1,0,0,6, 0,0,1,7, 0,0,0,1"), "align");
-  const auto columns = *parsed_align(transform_of("0,1,0,0, -1,0,0,0, 0,0,1,0, 5,6,7,1", "column_major"), "align");
+  const auto rows = *parsed_align(transform_of("0,-1,0,5, 1,0,0,6, 0,0,1,7, 0,0,0,1"));
+  const auto columns = *parsed_align(transform_of("0,1,0,0, -1,0,0,0, 0,0,1,0, 5,6,7,1", "column_major"));
   CHECK(rows == columns);
   CHECK_FALSE(rows->fit);
   CHECK(rows->start(Vec3(1, 0, 0)) == Vec3(5, 7, 7));
@@ -101,10 +103,10 @@ TEST_CASE("align: the option in all its forms") {
 TEST_CASE("align: another reader gets the same options") {
   AlignOptions options{some_motion(), true, true, 0.75};
   for (int i = 0; i < 2; ++i) {
-    CHECK(*parsed_align(api::json_of(options).dump(), "align") == options);
+    CHECK(*parsed_align(api::json_of(options).dump()) == options);
     options = {some_motion(), false};
   }
-  CHECK(*parsed_align(api::json_of(AlignOptions()).dump(), "align") == AlignOptions());
+  CHECK(*parsed_align(api::json_of(AlignOptions()).dump()) == AlignOptions());
 }
 
 TEST_CASE("align: what is refused is named, with what was seen") {
@@ -139,10 +141,10 @@ TEST_CASE("align: what is refused is named, with what was seen") {
 }
 
 TEST_CASE("align: a rotation with six decimals is mended, an exact one is used as it is") {
-  const auto six = *parsed_align(transform_of("0.866025,-0.5,0,0, 0.5,0.866025,0,0, 0,0,1,0, 0,0,0,1"), "align");
+  const auto six = *parsed_align(transform_of("0.866025,-0.5,0,0, 0.5,0.866025,0,0, 0,0,1,0, 0,0,0,1"));
   CHECK(off_orthonormal(six->start.rotation) <= RigidMotion::kOrthonormal);
   const RigidMotion exact = some_motion();
-  CHECK((*parsed_align(api::json_of(AlignOptions{exact, false}).dump(), "align"))->start == exact);
+  CHECK((*parsed_align(api::json_of(AlignOptions{exact, false}).dump()))->start == exact);
 }
 
 TEST_CASE("align: a displaced copy is measured in the pose of the other, and the result says so") {
@@ -177,7 +179,7 @@ TEST_CASE("align: the transform acts in the unit of the result, and areas and ma
   const std::string mesh = obj_text(dented_box());
   const std::string by_mm = transform_of("1,0,0,25.4, 0,1,0,0, 0,0,1,0, 0,0,0,1");
   api::ComparisonOptions options;
-  options.align = *parsed_align(by_mm, "align");
+  options.align = *parsed_align(by_mm);
   options.units = {api::LengthUnit::inch, api::LengthUnit::millimeter, {}, false};
   options.areas = AreaOptions{};
   options.areas->mean = true;

@@ -125,7 +125,7 @@ TEST_CASE("baselines: a candidate without a group of the gate is refused") {
   folder.write("x.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\ng lid\nf 1 2 3\n");
   const auto asks_for = [](const char* group) {
     Gate asking = gate("x", "x.obj", "b.obj");
-    asking.regions.push_back({meshgauge::Region{meshgauge::Group{group, {}}, {}, "top"}, {}});
+    asking.request.options.regions.push_back({meshgauge::Group{group, {}}, {}, "top"});
     return asking;
   };
   CHECK(plan_updates({asks_for("lid")}).updates.size() == 1);

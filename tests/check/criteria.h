@@ -1,6 +1,7 @@
 // Criteria and measurements for the tests of check.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +10,28 @@
 #include "check/outcome.h"
 
 namespace meshgauge::check {
+
+// A gate with this limit, as a request for one has it.
+inline void set_limit(Gate& gate, double max_distance, std::optional<LengthUnit> unit = std::nullopt) {
+  api::ComparisonOptions& options = gate.request.options;
+  options.max_distance = max_distance;
+  options.units.limit = unit;
+  options.tolerance = api::kToleranceOfGate;
+  options.narrow = true;
+}
+
+// A limit of the area instead of that of the distance.
+inline void set_area_limit(Gate& gate, api::ShareLimit limit) {
+  gate.request.options.max_distance.reset();
+  gate.request.options.max_share_beyond = limit;
+  gate.request.options.tolerance = api::kToleranceOfArea;
+}
+
+// A share of the diagonal, 0.01 for one percent.
+inline void set_share_of_diagonal(Gate& gate, double share) {
+  set_limit(gate, share);
+  gate.request.options.units.limit_of_diagonal = true;
+}
 
 inline Criterion distance(double lower, double upper, double limit, const std::string& status = "converged") {
   Criterion made;

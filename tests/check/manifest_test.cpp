@@ -13,7 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include "check/manifest/manifest_text.h"
-#include "check/manifest/settings.h"
 #include "folder.h"
 
 using namespace meshgauge::check;

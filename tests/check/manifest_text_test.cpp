@@ -4,8 +4,6 @@
 
 #include <doctest/doctest.h>
 
-#include "check/manifest/settings.h"
-
 using namespace meshgauge;
 using namespace meshgauge::check;
 
@@ -30,16 +28,17 @@ Gate gate(const std::string& more, const std::string& defaults = "timeout: 30 s"
 
 TEST_CASE("manifest text: defaults are those of the API, except the tolerance") {
   const Gate read = gate("max_distance: 2");
-  CHECK(read.limit.max_distance == 2.0);
-  CHECK_FALSE(read.limit.unit);
-  CHECK(read.options.direction == Direction::symmetric);
-  CHECK(read.options.strategy == Strategy::automatic);
-  CHECK(!read.options.tolerance.relative);  // a gate ends with its verdict
-  CHECK(read.options.tolerance.diagonal == gate_options().tolerance.diagonal);
-  CHECK(read.timeout.count() == 30'000);
-  CHECK(!read.threads_given);
+  CHECK(read.request.options.max_distance == 2.0);
+  CHECK_FALSE(read.request.options.units.limit);
+  CHECK(read.request.options.narrow);
+  CHECK(read.request.options.direction == Direction::symmetric);
+  CHECK(read.request.options.strategy == Strategy::automatic);
+  CHECK(!read.request.options.tolerance.relative);  // a gate ends with its verdict
+  CHECK(read.request.options.tolerance.diagonal == api::kToleranceOfGate.diagonal);
+  CHECK(read.request.timeout.count() == 30'000);
+  CHECK(!read.request.threads_given);
   CHECK(!read.warn_only);
-  CHECK(!read.statistics);
+  CHECK(!read.request.options.statistics);
   CHECK(!read.cloud);
   CHECK(read.line == 4);
 }
@@ -49,18 +48,18 @@ TEST_CASE("manifest text: every setting arrives, from the gate and from the defa
       "max_distance: 0.5 %, direction: baseline_to_candidate, timeout: 1.5, strategy: n_point, points: 109, "
       "tolerance: {absolute: 0, relative: 0.25}, threads: 7, statistics: true, cloud: true, on_fail: warn";
   for (const Gate& read : {gate(all), gate("max_distance: 0.5 %", all)}) {
-    CHECK(read.limit.max_diagonal_share == 0.005);
-    CHECK(!read.limit.max_distance);
-    CHECK(read.options.direction == Direction::b_to_a);
-    CHECK(read.timeout.count() == 1'500);
-    CHECK(read.options.strategy == Strategy::n_point);
-    CHECK(read.options.points == 109);
-    CHECK(read.options.tolerance.absolute == 0.0);
-    CHECK(!read.options.tolerance.diagonal);
-    CHECK(read.options.tolerance.relative == 0.25);
-    CHECK(read.options.threads == 7);
-    CHECK(read.threads_given);
-    CHECK(read.statistics);
+    CHECK(read.request.options.max_distance == 0.005);
+    CHECK(is_of_diagonal(read));
+    CHECK(read.request.options.direction == Direction::b_to_a);
+    CHECK(read.request.timeout.count() == 1'500);
+    CHECK(read.request.options.strategy == Strategy::n_point);
+    CHECK(read.request.options.points == 109);
+    CHECK(read.request.options.tolerance.absolute == 0.0);
+    CHECK(!read.request.options.tolerance.diagonal);
+    CHECK(read.request.options.tolerance.relative == 0.25);
+    CHECK(read.request.options.threads == 7);
+    CHECK(read.request.threads_given);
+    CHECK(read.request.options.statistics);
     CHECK(read.cloud);
     CHECK(read.warn_only);
   }
@@ -70,22 +69,22 @@ TEST_CASE("manifest text: a gate's own settings stand over the defaults") {
   const Gate read =
       gate("max_distance: 1 mm, direction: a_to_b, tolerance: {absolute: 1}, statistics: false, on_fail: fail",
            "max_distance: 5 %, direction: b_to_a, tolerance: {relative: 1}, statistics: true, on_fail: warn");
-  CHECK(read.limit.max_distance == 1.0);
-  CHECK(read.limit.unit == LengthUnit::millimeter);
-  CHECK(!read.limit.max_diagonal_share);
-  CHECK(read.options.direction == Direction::a_to_b);
-  CHECK(!read.options.tolerance.relative);
-  CHECK(!read.statistics);
+  CHECK(read.request.options.max_distance == 1.0);
+  CHECK(read.request.options.units.limit == LengthUnit::millimeter);
+  CHECK(!is_of_diagonal(read));
+  CHECK(read.request.options.direction == Direction::a_to_b);
+  CHECK(!read.request.options.tolerance.relative);
+  CHECK(!read.request.options.statistics);
   CHECK(!read.warn_only);
 }
 
 TEST_CASE("manifest text: what a gate expects of its candidate") {
-  CHECK(!gate("max_distance: 1").expect.of_topology());
+  CHECK(!gate("max_distance: 1").request.options.expect.of_topology());
   const Expectations expect =
       gate(
           "max_distance: 1, expect: {watertight: true, triangles: {max: 20000}, degenerate: 0, components: {min: 1, "
           "max: 3}, volume: {within: 1 %, min: 2}}")
-          .expect;
+          .request.options.expect;
   CHECK(expect.watertight == true);
   CHECK(!expect.oriented);
   CHECK(!expect.triangles->min);
@@ -97,18 +96,19 @@ TEST_CASE("manifest text: what a gate expects of its candidate") {
   CHECK(expect.volume_within == 0.01);
   CHECK(expect.volume->min == 2);
   CHECK(!expect.volume->max);
-  const Expectations own = gate("max_distance: 1, expect: {oriented: false}", "expect: {watertight: true}").expect;
+  const Expectations own =
+      gate("max_distance: 1, expect: {oriented: false}", "expect: {watertight: true}").request.options.expect;
   CHECK(own.oriented == false);
   CHECK(!own.watertight);  // a gate's own stand alone
-  CHECK(gate("max_distance: 1", "expect: {components: 1}").expect.components->max == 1);
+  CHECK(gate("max_distance: 1", "expect: {components: 1}").request.options.expect.components->max == 1);
 }
 
 TEST_CASE("manifest text: the points of the defaults are for the gates that leave them their strategy") {
-  CHECK(gate("max_distance: 1", "strategy: n_point, points: 31").options.points == 31);
-  CHECK(gate("max_distance: 1, strategy: auto", "strategy: n_point, points: 31").options.strategy ==
+  CHECK(gate("max_distance: 1", "strategy: n_point, points: 31").request.options.points == 31);
+  CHECK(gate("max_distance: 1, strategy: auto", "strategy: n_point, points: 31").request.options.strategy ==
         Strategy::automatic);
-  CHECK(gate("max_distance: 1, points: 4", "strategy: n_point, points: 31").options.points == 4);
-  CHECK(gate("max_distance: 1, strategy: n_point", "points: 31").options.points == 31);
+  CHECK(gate("max_distance: 1, points: 4", "strategy: n_point, points: 31").request.options.points == 4);
+  CHECK(gate("max_distance: 1, strategy: n_point", "points: 31").request.options.points == 31);
   Mistakes mistakes;
   read_manifest(
       "version: 1\ndefaults: {points: 31, max_distance: 1}\ngates:\n- {name: n, candidate: c, baseline: b}\n"
@@ -123,7 +123,7 @@ TEST_CASE("manifest text: the points of the defaults are for the gates that leav
 TEST_CASE("manifest text: the defaults may stand below the gates") {
   const auto read = entries("gates: [{name: n, candidate: c, baseline: b}]\ndefaults: {max_distance: 3}\nversion: 1\n");
   REQUIRE(read.size() == 1);
-  CHECK(read[0].gate.limit.max_distance == 3.0);
+  CHECK(read[0].gate.request.options.max_distance == 3.0);
 }
 
 TEST_CASE("manifest text: an unusable text is empty, the rest is read") {
@@ -152,75 +152,66 @@ TEST_CASE("manifest text: the length of a text is limited") {
 }
 
 TEST_CASE("manifest text: a limit of the area, alone or beside one of the distance") {
-  const Gate alone = gate("max_share_beyond: {distance: 0.05 mm, share: 1 %}");
-  CHECK(!alone.limit.is_given());
-  CHECK(alone.area_limit->distance.max_distance == 0.05);
-  CHECK(alone.area_limit->share == 0.01);
-  CHECK(!alone.tolerance_given);
-  const Gate both =
-      gate("max_share_beyond: {distance: 0.5 %, share: 0 %}, tolerance: {relative: 1}", "max_distance: 1 %");
-  CHECK(both.limit.max_diagonal_share == 0.01);
-  CHECK(both.area_limit->distance.max_diagonal_share == 0.005);
-  CHECK(both.tolerance_given);
-  CHECK(gate("direction: a_to_b", "max_share_beyond: {distance: 2, share: 3 %}").area_limit->share == 0.03);
+  const auto alone = gate("max_share_beyond: {distance: 0.05 mm, share: 1 %}").request.options;
+  CHECK(!alone.max_distance);
+  CHECK(alone.max_share_beyond == api::ShareLimit{0.05, 0.01});
+  CHECK(alone.tolerance.relative == api::kToleranceOfArea.relative);
+  const auto both =
+      gate("max_share_beyond: {distance: 0.5 %, share: 0 %}, tolerance: {relative: 1}", "max_distance: 1 %")
+          .request.options;
+  CHECK(both.max_distance == 0.01);
+  CHECK(both.max_share_beyond == api::ShareLimit{0.005, 0});
+  CHECK(both.units.limit_of_diagonal);
+  CHECK(both.tolerance.relative == 1);
+  CHECK(gate("direction: a_to_b", "max_share_beyond: {distance: 2, share: 3 %}")
+            .request.options.max_share_beyond->share == 0.03);
 }
 
 TEST_CASE("manifest text: regions of a gate replace those of the defaults") {
   const std::string one = "regions: [{name: bore, box: {min: [0, -1, 0], max: [1, 2, 3]}, max_distance: 0.5 %}]";
-  const Gate gate_of_defaults = gate("max_distance: 1 %, " + one);
-  REQUIRE(gate_of_defaults.regions.size() == 1);
-  CHECK(gate_of_defaults.regions[0].limit.max_diagonal_share == 0.005);
-  CHECK(limits_of(gate_of_defaults, 10).regions[0].max_distance == 0.05);
-  CHECK(std::get<Box>(limits_of(gate_of_defaults, 10).regions[0].shape).high == Vec3(1, 2, 3));
-  const Gate own = gate("regions: [{name: tip, sphere: {centre: [0, 0, 0], radius: 4}}]", "max_distance: 1 %, " + one);
-  REQUIRE(own.regions.size() == 1);
-  CHECK(own.regions[0].region.name == "tip");
-  CHECK(!limits_of(own, 10).regions[0].max_distance);
+  const auto of_defaults = gate("max_distance: 1 %, " + one).request.options.regions;
+  REQUIRE(of_defaults.size() == 1);
+  CHECK(of_defaults[0].max_distance == 0.005);
+  CHECK(std::get<Box>(of_defaults[0].shape).high == Vec3(1, 2, 3));
+  const auto own = gate("regions: [{name: tip, sphere: {centre: [0, 0, 0], radius: 4}}]", "max_distance: 1 %, " + one)
+                       .request.options.regions;
+  REQUIRE(own.size() == 1);
+  CHECK(own[0].name == "tip");
+  CHECK(!own[0].max_distance);
 }
 
 TEST_CASE("manifest text: a zone, alone or beside other limits") {
-  const Gate alone = gate("zone: [-0.05 mm, +0.1 mm]");
-  CHECK(!alone.limit.is_given());
-  CHECK(alone.zone->inside.max_distance == 0.05);
-  CHECK(alone.zone->outside.max_distance == 0.1);
-  CHECK(main_limit(alone).unit == LengthUnit::millimeter);
-  CHECK(limits_of(alone, 1).zone == SideOptions::Zone{0.05, 0.1});
-  CHECK(limits_of(gate("zone: ['-0.5 %', 1 %]", "max_distance: 1 %"), 2).zone == SideOptions::Zone{0.01, 0.02});
-  CHECK(gate("direction: a_to_b", "zone: [0, 2]").zone->inside.max_distance == 0);
-  CHECK(main_limit(gate("zone: [-0.05 mm, 0]")).unit == LengthUnit::millimeter);
-  CHECK(limits_of(gate("zone: [0, 0.1 mm]"), 1).zone == SideOptions::Zone{0, 0.1});
-  CHECK(limits_of(gate("zone: ['-1 %', 0]"), 2).zone == SideOptions::Zone{0.02, 0});
+  using Zone = SideOptions::Zone;
+  const auto options = [](const std::string& more, const std::string& defaults = "timeout: 30 s") {
+    return gate(more, defaults).request.options;
+  };
+  const auto alone = options("zone: [-0.05 mm, +0.1 mm]");
+  CHECK(!alone.max_distance);
+  CHECK(alone.zone == Zone{0.05, 0.1});
+  CHECK(alone.units.limit == LengthUnit::millimeter);
+  const auto shares = options("zone: ['-0.5 %', 1 %]", "max_distance: 1 %");
+  CHECK(shares.zone == Zone{0.005, 0.01});
+  CHECK(shares.units.limit_of_diagonal);
+  CHECK(options("direction: a_to_b", "zone: [0, 2]").zone == Zone{0, 2});
+  CHECK(options("zone: [-0.05 mm, 0]").units.limit == LengthUnit::millimeter);
+  CHECK(options("zone: [0, 0.1 mm]").zone == Zone{0, 0.1});
+  CHECK(options("zone: ['-1 %', 0]").zone == Zone{0.01, 0});
 }
 
 TEST_CASE("manifest text: an uncertainty is in the unit of the limits") {
-  CHECK(gate("max_distance: 0.05 mm, uncertainty: 0.01 mm").uncertainty.max_distance == 0.01);
-  CHECK(gate("max_distance: 1 %", "uncertainty: 0.1 %").uncertainty.max_diagonal_share == 0.001);
-  CHECK(!gate("max_distance: 1 %").uncertainty.is_given());
-}
-
-TEST_CASE("manifest text: an alignment as a flag is a word, a map in YAML or an object in JSON") {
-  const auto parsed = [](const char* text) { return parse_align(text, "--align"); };
-  CHECK_FALSE(*parsed("none"));
-  CHECK(*parsed("rigid") == AlignOptions());
-  const AlignOptions axes{{}, true, true, 0.75};
-  CHECK(*parsed("{principal_axes: true, overlap: 0.75}") == axes);
-  CHECK(*parsed(R"({"principal_axes": true, "overlap": 7.5e-1})") == axes);
-  CHECK(*parsed("principal_axes: true\noverlap: 0.75") == axes);
-  const auto refusal = [&](const char* text) { return parsed(text).error().message; };
-  CHECK(refusal("{overlapp: 1}").starts_with("--align/overlapp is unknown"));
-  CHECK(refusal("{principal_axes: true").starts_with("--align: "));
-  CHECK(refusal("{overlap: 1, overlap: 1}").starts_with("--align: "));
-  CHECK(refusal("").find("must be none, rigid") != std::string::npos);
+  CHECK(gate("max_distance: 0.05 mm, uncertainty: 0.01 mm").request.options.uncertainty == 0.01);
+  CHECK(gate("max_distance: 1 %", "uncertainty: 0.1 %").request.options.uncertainty == 0.001);
+  CHECK(gate("max_distance: 1 %").request.options.uncertainty == 0);
 }
 
 TEST_CASE("manifest text: an alignment, as the API reads it") {
-  CHECK_FALSE(gate("max_distance: 1").options.align);
-  CHECK_FALSE(gate("max_distance: 1, align: none", "align: rigid").options.align);
-  CHECK(gate("max_distance: 1", "align: rigid").options.align == AlignOptions());
-  CHECK(gate("max_distance: 1, align: {principal_axes: true, overlap: 0.75}").options.align ==
+  CHECK_FALSE(gate("max_distance: 1").request.options.align);
+  CHECK_FALSE(gate("max_distance: 1, align: none", "align: rigid").request.options.align);
+  CHECK(gate("max_distance: 1", "align: rigid").request.options.align == AlignOptions());
+  CHECK(gate("max_distance: 1, align: {principal_axes: true, overlap: 0.75}").request.options.align ==
         AlignOptions{{}, true, true, 0.75});
   const Gate moved = gate("max_distance: 1, align: {transform: {row_major: [1,0,0,5, 0,1,0,6, 0,0,1,-7, 0,0,0,1]}}");
-  REQUIRE(moved.options.align);
-  CHECK_FALSE(moved.options.align->fit);
-  CHECK(moved.options.align->start.translation == Vec3(5, 6, -7));
+  REQUIRE(moved.request.options.align);
+  CHECK_FALSE(moved.request.options.align->fit);
+  CHECK(moved.request.options.align->start.translation == Vec3(5, 6, -7));
 }

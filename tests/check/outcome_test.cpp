@@ -23,11 +23,17 @@ Json criterion(const Criterion& asked, const Json& found) {
   return json;
 }
 
+Gate with_limit(double max_distance) {
+  Gate gate;
+  set_limit(gate, max_distance);
+  return gate;
+}
+
 // At most 0.5; `distance` is the interval of the document and of its criterion.
 Result<Measured> measured(const std::string& distance) {
   Json document = Json::parse(R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":)" + distance + "}");
   document["criteria"] = {criterion(check::distance(0, 0, 0.5), document["distance"])};
-  return measured_from(document, {0.5, {}});
+  return measured_from(document, with_limit(0.5));
 }
 
 }  // namespace
@@ -61,12 +67,15 @@ namespace {
 Result<Measured> with_area(const std::string& found, std::optional<double> max_distance = std::nullopt) {
   Json document = Json::parse(
       R"({"status":"converged","a_to_b":null,"b_to_a":null,"distance":{"lower":0.25,"upper":0.5},"criteria":[]})");
+  Gate asked;
+  asked.request.options.max_distance = max_distance;
+  asked.request.options.max_share_beyond = api::ShareLimit{0.1, 0.01};
   if (max_distance) document["criteria"].push_back(api::json_of(distance(0.25, 0.5, *max_distance), ""));
   if (!found.empty()) {
     document["criteria"].push_back(criterion(share(0.1, 0.01, 0, 1, "timeout"), Json::parse(found)));
     document["share_beyond"]["share"] = Json::parse(found);
   }
-  return measured_from(document, {max_distance, api::ShareLimit{0.1, 0.01}});
+  return measured_from(document, asked);
 }
 
 }  // namespace
@@ -124,7 +133,9 @@ Result<Measured> in_zone(const std::string& refused, const std::string& inside, 
     Criterion asked = on_side(side, distance(0, unknown, limit, "complete"));
     document["criteria"].push_back(found.is_object() || found.is_null() ? criterion(asked, found) : found);
   }
-  return measured_from(document, {{}, {}, SideOptions::Zone{1, 2}});
+  Gate asked;
+  asked.request.options.zone = SideOptions::Zone{1, 2};
+  return measured_from(document, asked);
 }
 
 std::string side(double lower, double upper) {
@@ -150,7 +161,7 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
   CHECK(in_zone("null", side(1.5, 2), side(2.5, 3))->shown.limit == 1);
   CHECK(in_zone("null", side(0, 1), side(1, 3))->shown.side == "outside");
   GateOutcome outcome;
-  outcome.gate.zone = ZoneLimit{{1, {}, {}}, {2, {}, {}}};
+  outcome.gate.request.options.zone = SideOptions::Zone{1, 2};
   outcome.measured = *fail;
   CHECK(outcome.advice() ==
         "Look at (1, 2, 3) on triangle 7 of the candidate: it is 1.5 or more inside of the baseline.");
@@ -167,7 +178,7 @@ TEST_CASE("outcome: nothing is known of a zone whose baseline has no sides, whic
   CHECK(open->verdict == Verdict::undecided);
   CHECK(open->shown.limit == 2);
   GateOutcome outcome;
-  outcome.gate.zone = ZoneLimit{{1, {}, {}}, {2, {}, {}}};
+  outcome.gate.request.options.zone = SideOptions::Zone{1, 2};
   outcome.gate.warn_only = true;
   outcome.measured = *open;
   CHECK(outcome.level(Undecided::warn) == Level::failure);
@@ -182,7 +193,7 @@ TEST_CASE("outcome: a document with other criteria than were asked for is refuse
   const auto refused = [&](const std::optional<Criterion>& found) {
     document["criteria"] = Json::array();
     if (found) document["criteria"].push_back(api::json_of(*found, ""));
-    return !measured_from(document, {0.5, {}}).ok();
+    return !measured_from(document, with_limit(0.5)).ok();
   };
   CHECK(!refused(distance(0.1, 0.2, 0.5)));
   CHECK(refused({}));
@@ -192,13 +203,14 @@ TEST_CASE("outcome: a document with other criteria than were asked for is refuse
   CHECK(refused(in_region("bore", distance(0.1, 0.2, 0.5))));
   CHECK(refused(distance(0.1, 0.15, 0.5)));  // contradicts `distance`
   document["criteria"] = {api::json_of(distance(0.1, 0.2, 0.5), ""), api::json_of(distance(0.1, 0.2, 0.6), "")};
-  CHECK(measured_from(document, {0.5, {}}).error().message.find("criterion 2 was not asked for") != std::string::npos);
+  CHECK(measured_from(document, with_limit(0.5)).error().message.find("criterion 2 was not asked for") !=
+        std::string::npos);
   document["criteria"][1] = api::json_of(api::criterion_of({"watertight", api::Verdict::pass, "yes", "yes"}), "");
-  CHECK(measured_from(document, {0.5, {}}).ok());
+  CHECK(measured_from(document, with_limit(0.5)).ok());
   document["criteria"][0]["refused"] = "mesh b is open";
-  CHECK(!measured_from(document, {0.5, {}}).ok());
+  CHECK(!measured_from(document, with_limit(0.5)).ok());
   document.erase("criteria");
-  CHECK(measured_from(document, {0.5, {}}).error().message.find("update the service") != std::string::npos);
+  CHECK(measured_from(document, with_limit(0.5)).error().message.find("update the service") != std::string::npos);
 }
 
 TEST_CASE("outcome: the region that fails is the foremost, and its point is the witness") {
@@ -212,9 +224,9 @@ TEST_CASE("outcome: the region that fails is the foremost, and its point is the 
   Region region;
   region.name = "bore";
   region.max_distance = 0.05;
-  Limits limits{0.5, {}};
-  limits.regions = {region};
-  const auto found = measured_from(document, limits);
+  Gate asked = with_limit(0.5);
+  asked.request.options.regions = {region};
+  const auto found = measured_from(document, asked);
   REQUIRE(found.ok());
   CHECK(found->verdict == Verdict::fail);
   CHECK(found->lower == 0);

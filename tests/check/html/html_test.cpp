@@ -169,7 +169,7 @@ TEST_CASE("a limit of the area is drawn and worded in percent, alone and beside 
             "Certainly within the limit of 1 %: between 0.2012 and 0.2699 % of the area is farther than 0.05 mm, at "
             "most 27 % of the limit.") != std::string::npos);
   CHECK(alone.find("The distance is between") == std::string::npos);
-  area.gate.limit = {0.1, {}, LengthUnit::millimeter};
+  area.gate.request.options.max_distance = 0.1;
   set_criteria(*area.measured, {distance(0.06, 0.07, 0.1), area.measured->criteria.front()});
   const std::string both = to_html(samples::report_of({area}), {});
   CHECK(both.find("<td class=\"number\">0.1 mm</td>") != std::string::npos);

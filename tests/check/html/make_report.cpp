@@ -24,7 +24,7 @@ check::Gate gate(const std::string& name, const std::string& candidate, const st
   made.name = name;
   made.candidate = candidate;
   made.baseline = baseline;
-  made.limit.max_distance = limit;
+  check::set_limit(made, limit, api::LengthUnit::millimeter);
   return made;
 }
 
@@ -75,23 +75,21 @@ std::vector<check::Gate> one_of_each(const std::filesystem::path& folder) {
       gate("</h2><script>alert(1)</script> \"quoted\" & 'quoted' \xE2\x80\xAE \xFF \x01", hostile, flat, 0.5));
   gates.push_back(gate("missing <file>", (folder / "missing <b>.off").string(), round, 1));
   gates.push_back(gate("share of the diagonal", dent, round, 0));
-  gates.back().limit = {std::nullopt, 0.0125, std::nullopt};
+  check::set_share_of_diagonal(gates.back(), 0.0125);
   gates.push_back(gate("equal, with a limit of 0", round, round, 0));
   gates.push_back(gate("a single point", point, round, 30));
   gates.push_back(gate("only warns", dent, round, 0.3));
   gates.back().warn_only = true;
   gates.push_back(gate("undecided", dent, round, 0.58));
-  gates.back().options.tolerance = {100, std::nullopt, std::nullopt};
+  gates.back().request.options.tolerance = {100, std::nullopt, std::nullopt};
   gates.push_back(gate("area", dent, round, 1));
-  gates.back().area_limit = check::AreaLimit{{0.2, {}, api::LengthUnit::millimeter}, 0.02};
+  gates.back().request.options.max_share_beyond = api::ShareLimit{0.2, 0.02};
   gates.push_back(gate("area alone", dent, round, 0));
-  gates.back().limit = {};
-  gates.back().area_limit = check::AreaLimit{{0.1, {}, api::LengthUnit::millimeter}, 0.01};
+  check::set_area_limit(gates.back(), {0.1, 0.01});
   for (check::Gate& each : gates) {
-    if (each.limit.max_distance) each.limit.unit = api::LengthUnit::millimeter;
     each.manifest = "gates.yaml";
     each.line = 7;
-    each.statistics = true;
+    each.request.options.statistics.emplace();
   }
   return gates;
 }

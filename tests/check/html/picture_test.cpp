@@ -85,7 +85,7 @@ TEST_CASE("a gate that passes has one small view, one direction has the mesh tha
   REQUIRE(passed.surfaces.size() == 1);
   CHECK(passed.surfaces[0].candidate);
   CHECK_FALSE(passed.surfaces[0].close_up);
-  outcome.gate.options.direction = Direction::b_to_a;
+  outcome.gate.request.options.direction = Direction::b_to_a;
   const GatePicture back = picture(pulled.mesh, shapes::sphere(16), outcome);
   REQUIRE(back.surfaces.size() == 1);
   CHECK_FALSE(back.surfaces[0].candidate);
@@ -138,7 +138,7 @@ TEST_CASE("the files of a gate give a picture while they are those that were mea
   gate.name = "gate";
   gate.candidate = folder.path() / "candidate.obj";
   gate.baseline = folder.path() / "baseline.obj";
-  gate.limit.max_distance = 0.1;
+  set_limit(gate, 0.1);
   write(gate.candidate.string(), Pulled().mesh);
   write(gate.baseline.string(), shapes::sphere(16));
   const std::vector<Gate> gates{gate};

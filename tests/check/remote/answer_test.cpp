@@ -107,8 +107,9 @@ TEST_CASE("answer: the digest of each mesh") {
 TEST_CASE("answer: a comparison is checked against the gate") {
   const auto is_answer = [](const std::string& body) {
     Gate asked;
-    asked.options.direction = Direction::a_to_b;
-    return is_answer_to(*document_from(body), asked, {0.1, {}});
+    asked.request.options.direction = Direction::a_to_b;
+    set_limit(asked, 0.1, asked.request.options.units.limit);
+    return is_answer_to(*document_from(body), asked);
   };
   CHECK_FALSE(is_answer(R"({"direction":"a_to_b","gate":{"max_distance":0.1,"units":null}})"));
   CHECK(is_answer(
@@ -126,7 +127,9 @@ TEST_CASE("answer: a comparison is checked against the gate") {
 TEST_CASE("answer: the limit of the area is compared, too") {
   const auto is_answer = [](const std::string& gate) {
     const std::string unit = R"({"unit":{"name":null,"source":"unknown"},"direction":"symmetric","gate":)";
-    return is_answer_to(*document_from(unit + gate + "}"), {}, {{}, api::ShareLimit{0.1, 0.01}});
+    Gate asked;
+    set_area_limit(asked, {0.1, 0.01});
+    return is_answer_to(*document_from(unit + gate + "}"), asked);
   };
   CHECK(is_answer(R"({"max_distance":null,"max_share_beyond":{"distance":0.1,"share":0.01},"units":null})"));
   CHECK_FALSE(is_answer(R"({"max_distance":0.1,"max_share_beyond":{"distance":0.1,"share":0.01},"units":null})"));
@@ -136,14 +139,15 @@ TEST_CASE("answer: the limit of the area is compared, too") {
 
 TEST_CASE("answer: what is expected is compared, too") {
   Gate asked;
+  set_limit(asked, 0.1);
   const auto is_answer = [&](const std::string& expect) {
     return is_answer_to(
         *document_from(R"({"unit":{"name":null},"direction":"symmetric","gate":{"max_distance":0.1})" + expect + "}"),
-        asked, {0.1, {}});
+        asked);
   };
   CHECK(is_answer(""));
   CHECK_FALSE(is_answer(R"(,"expect":{"triangles":12})"));
-  asked.expect.triangles = Span{12, 12};
+  asked.request.options.expect.triangles = api::Span{12, 12};
   CHECK(is_answer(R"(,"expect":{"triangles":12})"));
   for (const char* other : {"", R"(,"expect":{"triangles":13})", R"(,"expect":{"triangles":12,"watertight":true})",
                             R"(,"expect":null)", R"(,"expect":12)"})
@@ -160,14 +164,15 @@ TEST_CASE("answer: the candidate was moved as asked for") {
   nlohmann::ordered_json body{{"direction", "symmetric"},
                               {"unit", {{"name", nullptr}, {"source", "unknown"}}},
                               {"gate", {{"max_distance", 0.1}, {"units", nullptr}}}};
-  const auto is_answer = [&] { return is_answer_to(body, asked, {0.1, {}}); };
+  const auto is_answer = [&] { return is_answer_to(body, asked); };
+  set_limit(asked, 0.1);
   CHECK(is_answer());
-  asked.options.align.emplace();
+  asked.request.options.align.emplace();
   CHECK_FALSE(is_answer());
   for (const bool fit : {false, true}) {
-    asked.options.align = AlignOptions{motion(2), fit, false, fit ? 0.5 : 1};
+    asked.request.options.align = AlignOptions{motion(2), fit, false, fit ? 0.5 : 1};
     const api::Aligned moved{{motion(fit ? 3 : 2)}, {}};
-    body["alignment"] = api::json_of(moved, *asked.options.align);
+    body["alignment"] = api::json_of(moved, *asked.request.options.align);
     CHECK(is_answer());
     for (AlignOptions other :
          {AlignOptions{motion(2), fit, true, fit ? 0.5 : 1}, AlignOptions{motion(2), fit, false, 0.9},
@@ -187,11 +192,12 @@ TEST_CASE("answer: the candidate was moved as asked for") {
 
 TEST_CASE("answer: a result without units is not accepted") {
   Gate asked;
-  asked.limit = {0.1, std::nullopt, LengthUnit::millimeter};
-  asked.options.units.a = LengthUnit::inch;
+  set_limit(asked, 0.1, LengthUnit::millimeter);
+  asked.request.options.units.a = LengthUnit::inch;
   const auto is_answer = [&](const std::string& more) {
     const std::string body = R"({"direction":"symmetric","gate":{"max_distance":0.1,"units":"mm"})" + more + "}";
-    return is_answer_to(*document_from(body), asked, {0.1, {}});
+    set_limit(asked, 0.1, asked.request.options.units.limit);
+    return is_answer_to(*document_from(body), asked);
   };
   const std::string mesh_a = R"(,"meshes":{"a":{"unit":{"name":"in","source":"declared"}}})";
   CHECK(is_answer(R"(,"unit":{"name":"mm","source":"declared"})" + mesh_a));

@@ -32,9 +32,12 @@ def server_at(port, data, *flags):
     return Server(*flags, program=program, environment={"MESHGAUGE_DATA_DIR": data})
 
 
-def gate(name, candidate, baseline, **more):
-    """Without narrowing: how far that gets depends on the time that it takes."""
-    return {"name": name, "candidate": str(candidate), "baseline": str(baseline), "max_distance": 0.5, "narrow": False, **more}
+def gate(name, candidate, baseline, options=None, **asked):
+    """`asked` and `options`: members of the request; None: without it. Without narrowing: how far that gets depends on the
+    time that it takes."""
+    request = {"max_distance": 0.5, "narrow": False, "timeout_ms": 60_000, **asked, **(options or {})}
+    return {"name": name, "candidate": str(candidate), "baseline": str(baseline),
+            "options": {member: value for member, value in request.items() if value is not None}}
 
 
 class Run:

@@ -2,8 +2,7 @@
 //
 //   {"service": null | {"url", "key_file", "ca_file", "at_once", "connect_timeout_ms", "stall_s",
 //                         "retry_ms", "first_contact_ms", "cancel_ms"},
-//    "gates": [{"name", "candidate", "baseline", "max_distance" | "max_diagonal_share", "units", "options",
-//    "timeout_ms"}]}
+//    "gates": [{"name", "candidate", "baseline", "options"}]}
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -32,19 +31,9 @@ check::Gate gate_of(const Json& json) {
   gate.name = json.at("name");
   gate.candidate = json.at("candidate").get<std::string>();
   gate.baseline = json.at("baseline").get<std::string>();
-  if (json.contains("max_distance")) gate.limit.max_distance = json["max_distance"].get<double>();
-  if (json.contains("max_diagonal_share")) gate.limit.max_diagonal_share = json["max_diagonal_share"].get<double>();
-  gate.limit.unit = api::parse_unit(json.value("units", ""));
-  if (json.contains("share")) gate.area_limit = check::AreaLimit{std::exchange(gate.limit, {}), json["share"]};
-  gate.timeout = std::chrono::milliseconds(json.value("timeout_ms", 60'000));
-  gate.statistics = json.value("statistics", false);
-  gate.options.narrow = json.value("narrow", gate.options.narrow);
-  if (!json.contains("options")) return gate;
-  auto request = api::parse_options(json["options"].dump());
+  const auto request = api::parse_options(json.at("options").dump());
   if (!request) throw std::runtime_error(request.error().message);
-  gate.options = request->options;
-  for (const Region& region : request->options.regions) gate.regions.push_back({region, {region.max_distance, {}, {}}});
-  gate.threads_given = request->threads_given;
+  gate.request = *request;
   return gate;
 }
 

@@ -48,7 +48,7 @@ FILES = {
     "image.obj": b"\x89PNG\r\n\x1a\n" + bytes(100),
 }
 
-REGIONS = {"gate": {"max_distance": 3}, "regions": [
+REGIONS = {"regions": [
     {"name": "left", "box": {"min": [-9, -9, -9], "max": [0.3, 9, 9]}, "max_distance": 1},
     {"name": "ball", "sphere": {"centre": [1, 0.5, 1], "radius": 1.2}}]}
 
@@ -99,7 +99,7 @@ class Same(ServerCase):
     def test_documents(self):
         there = self.assert_same([
             self.gate("pass", "square.obj", "square.off"),
-            self.gate("fail", "raised.obj", "square.obj", units="mm"),
+            self.gate("fail", "raised.obj", "square.obj", max_distance="0.5 mm"),
             self.gate("waves", "waves.obj", "waves2.obj", max_distance=0.01),
             self.gate("one way", "square.obj", "triangle.stl", options={"direction": "a_to_b"}),
             self.gate("the other", "square.obj", "triangle.stl", options={"direction": "b_to_a"}),
@@ -109,9 +109,10 @@ class Same(ServerCase):
             self.gate("several files", "scene.gltf", "triangle.stl"),
             self.gate("strange name", "caf\u00e9 \"x\".obj", "raised.obj"),
             self.gate("zero", "square.obj", "square.obj", max_distance=0),
-            self.gate("area", "raised.obj", "square.obj", max_distance=0.5, share=0.9, units="mm"),
+            self.gate("area", "raised.obj", "square.obj", max_distance=None,
+                      max_share_beyond={"distance": "0.5 mm", "share": 0.9}),
             self.gate("regions", "raised.obj", "square.obj", max_distance=3, options=REGIONS),
-            self.gate("area kept", "waves.obj", "waves2.obj", max_distance=0.01, share=1),
+            self.gate("area kept", "waves.obj", "waves2.obj", max_distance=None, max_share_beyond={"distance": 0.01, "share": 1}),
         ])
         self.assertEqual({name: outcome["verdict"] for name, outcome in there.items()},
                          {"pass": "pass", "fail": "fail", "waves": "fail", "one way": "fail", "the other": "pass",
@@ -137,11 +138,10 @@ class Same(ServerCase):
         self.assertEqual([outcome["verdict"] for outcome in there.values()], ["fail", "fail", "fail", "pass", "fail"])
 
     def test_a_share_of_the_diagonal_is_the_same_to_the_last_bit(self):
-        gates = [self.gate("share %d" % i, "waves.obj", baseline, max_distance=None, max_diagonal_share=share)
+        gates = [self.gate("share %d" % i, "waves.obj", baseline, max_distance=None, narrow=None,
+                           gate={"max_distance": share, "units": "diagonal", "narrow": False})
                  for i, (baseline, share) in enumerate([("waves2.obj", 0.01), ("waves2.obj", 1 / 3), ("triangle.stl", 0.7),
                                                         ("square.off", 1e-300)])]
-        for one in gates:
-            del one["max_distance"]
         self.assert_same(gates)
 
     def test_statistics(self):

@@ -13,7 +13,7 @@ GateOutcome outcome_of(const std::string& name, double lower, double upper, doub
   outcome.gate.name = name;
   outcome.gate.candidate = "build/" + name + ".stl";
   outcome.gate.baseline = "baselines/" + name + ".stl";
-  outcome.gate.limit = {limit, {}, LengthUnit::millimeter};
+  set_limit(outcome.gate, limit, LengthUnit::millimeter);
   outcome.gate.manifest = "parts/gates.yaml";
   outcome.gate.line = 7;
   outcome.wall_ms = 1234.5678;
@@ -39,14 +39,15 @@ GateOutcome broken(const std::string& name) {
 
 GateOutcome area(const std::string& name, double more) {
   GateOutcome outcome = outcome_of(name, 0.06, 0.07, 0.05, "converged");
-  outcome.gate.area_limit = AreaLimit{std::exchange(outcome.gate.limit, {}), 0.01};
+  set_area_limit(outcome.gate, {0.05, 0.01});
   set_criteria(*outcome.measured, {share(0.05, 0.01, 0.00201234 + more, 0.00269876 + more)});
   return outcome;
 }
 
 GateOutcome zone(const std::string& name) {
   GateOutcome outcome = outcome_of(name, 0.06, 0.07, 0.05, "converged");
-  outcome.gate.zone = ZoneLimit{std::exchange(outcome.gate.limit, {}), {0.1, {}, LengthUnit::millimeter}};
+  outcome.gate.request.options.max_distance.reset();
+  outcome.gate.request.options.zone = SideOptions::Zone{0.05, 0.1};
   Measured& measured = *outcome.measured;
   set_criteria(measured, {on_side("inside", distance(0.06, 0.07, 0.05, "complete")),
                           on_side("outside", distance(0.01, 0.02, 0.1, "complete"))});
@@ -103,7 +104,7 @@ Report hostile() {
 Report ordinary() {
   GateOutcome warned = failed("lod-2");
   warned.gate.warn_only = true;
-  warned.gate.limit = {{}, 0.005, {}};
+  set_share_of_diagonal(warned.gate, 0.005);
   return report_of({passed("bracket"), failed("lid"), undecided("hinge"), broken("screw"), warned});
 }
 

@@ -47,7 +47,7 @@ TEST_CASE("wording: what was found, in half a sentence") {
   CHECK(advice_of(samples::broken("a")).empty());
   CHECK(limit_of(samples::broken("a")) == "0.05 mm");
   GateOutcome share = samples::failed("a");
-  share.gate.limit = {{}, 0.005, {}};
+  set_share_of_diagonal(share.gate, 0.005);
   CHECK(limit_of(share) == "0.05 (0.5 % of the baseline's diagonal)");
   share.measured.reset();
   CHECK(limit_of(share) == "0.5 % of the baseline's diagonal");
@@ -71,9 +71,8 @@ TEST_CASE("wording: a limit of the area, alone and beside one of the distance") 
   change(*area.measured, [](Criterion& c) { c.upper = 0.0123456; });
   CHECK(finding_of(area) ==
         "at most 1.235 % of the area is farther than 0.05 mm: whether at most 1 % are is not known (complete)");
-  CHECK(area.gate.limit.is_given() == false);
   GateOutcome both = samples::area("b");
-  both.gate.limit = {0.1, {}, LengthUnit::millimeter};
+  both.gate.request.options.max_distance = 0.1;
   set_criteria(*both.measured, {distance(0.06, 0.07, 0.1), both.measured->criteria.front()});
   CHECK(limit_of(both) == "0.1 mm");  // nearer to its limit than the area
   CHECK(interval_of(both) == "0.06 .. 0.07 mm");

@@ -14,7 +14,7 @@ namespace {
 GateOutcome with(const Measured& measured) {
   GateOutcome outcome;
   outcome.gate = gate("part.stl", "cad.stl", measured.criteria.front().limit);
-  outcome.gate.limit.unit = LengthUnit::millimeter;
+  outcome.gate.request.options.units.limit = LengthUnit::millimeter;
   outcome.measured = measured;
   return outcome;
 }
@@ -56,20 +56,20 @@ TEST_CASE("undecided: the shares of the area that would decide") {
 
 TEST_CASE("undecided: impossible advice is left out") {
   GateOutcome outcome = with(measured(0.25, 0.75, 0.5, "timeout"));
-  outcome.gate.timeout = std::chrono::seconds(180);
+  outcome.gate.request.timeout = std::chrono::seconds(180);
   CHECK(outcome.advice().find("longer timeout") == std::string::npos);
   CHECK(outcome.advice().find("(fail); or more threads") != std::string::npos);
   change(*outcome.measured, [](Criterion& c) { c.upper = std::numeric_limits<double>::infinity(); });
   CHECK(outcome.advice().find("Decided by a limit below 0.25 mm (fail); or more threads") == 0);
   change(*outcome.measured, [](Criterion& c) { c.lower = 0; });
-  outcome.gate.timeout = std::chrono::seconds(1);
+  outcome.gate.request.timeout = std::chrono::seconds(1);
   CHECK(outcome.advice() == "Decided by a longer timeout than 1 s.");
 }
 
 TEST_CASE("undecided without an interval: by Ctrl-C, or by the timeout") {
   GateOutcome outcome;
   outcome.gate = gate("part.stl", "cad.stl", 1);
-  outcome.gate.timeout = std::chrono::milliseconds(1500);
+  outcome.gate.request.timeout = std::chrono::milliseconds(1500);
   outcome.interrupted = true;
   CHECK(outcome.advice() == "Interrupted before anything was known: run it again.");
   outcome.error = Error{ErrorCode::out_of_time, "timed out before 'part.stl' was read", "a", ""};

@@ -41,8 +41,8 @@ Json open_mesh() {
 GateOutcome outcome_of(const Expectations& expect, const Json& a, const Json& b = mesh(1000, 1000)) {
   GateOutcome outcome;
   outcome.gate = gate("a.stl", "b.stl", 1);
-  outcome.gate.limit.unit = LengthUnit::millimeter;
-  outcome.gate.expect = expect;
+  outcome.gate.request.options.units.limit = LengthUnit::millimeter;
+  outcome.gate.request.options.expect = expect;
   outcome.measured = measured(0.1, 0.2, 1);
   outcome.measured->document["meshes"] = {{"a", a}, {"b", b}};
   outcome.expectations = api::examined(expect, outcome.measured->document["meshes"], outcome.unit());

@@ -59,7 +59,7 @@ inline Gate gate(const std::filesystem::path& candidate, const std::filesystem::
   made.name = candidate.filename().string();
   made.candidate = candidate;
   made.baseline = baseline;
-  made.limit.max_distance = max_distance;
+  set_limit(made, max_distance);
   return made;
 }
 

@@ -34,7 +34,7 @@ Json steady(Json document) {
 
 Json compared(const Gate& gate) {
   const auto a = api::WholeFile::open(gate.candidate.string()), b = api::WholeFile::open(gate.baseline.string());
-  const api::ComparisonOptions options = options_of(gate, limits_of(gate, 0));
+  const api::ComparisonOptions options = gate.request.options;
   Control control;
   auto comparison = api::compare({"a", a->bytes(), gate.candidate.string(), ""},
                                  {"b", b->bytes(), gate.baseline.string(), ""}, options, {}, control);
@@ -46,7 +46,7 @@ Json compared(const Gate& gate) {
 TEST_CASE("a gate's document is that of a comparison, with the same bits") {
   const Folder folder;
   Gate asked = gate(folder.obj("a.obj", shapes::sphere(12)), folder.obj("b.obj", shapes::sphere(11, 1.01)), 0.03);
-  asked.limit.unit = LengthUnit::millimeter;
+  asked.request.options.units.limit = LengthUnit::millimeter;
   const Report report = run_here({asked, asked});
   for (const GateOutcome& outcome : report.outcomes) {
     REQUIRE(outcome.measured);
@@ -67,7 +67,7 @@ TEST_CASE("verdicts of limits on both sides of the distance") {
 TEST_CASE("a limit closer to the distance than one percent is decided") {
   const Folder folder;
   const auto a = folder.obj("a.obj", shapes::sphere(20)), b = folder.obj("b.obj", shapes::sphere(13, 1.02));
-  Options options = gate_options();
+  Options options;
   options.tolerance = {0.0, std::nullopt, std::nullopt};
   const auto whole_a = api::WholeFile::open(a.string()), whole_b = api::WholeFile::open(b.string());
   Control control;
@@ -85,8 +85,8 @@ TEST_CASE("a limit as a share is of the baseline's diagonal") {
   const Folder folder;
   // The baseline's diagonal is 10 * sqrt(2), the candidate's a tenth of that.
   Gate share = gate(folder.obj("a.obj", shapes::grid(4, 1)), folder.obj("b.obj", shapes::grid(4, 10)), 0);
-  share.options.direction = Direction::a_to_b;
-  share.limit = {std::nullopt, 0.01, {}};
+  share.request.options.direction = Direction::a_to_b;
+  set_share_of_diagonal(share, 0.01);
   const Report report = run_here({share});
   REQUIRE(report.outcomes[0].measured);
   CHECK(report.outcomes[0].measured->criteria.front().limit == doctest::Approx(0.01 * 10 * std::sqrt(2)));
@@ -114,10 +114,10 @@ TEST_CASE("threads: those of the gate, else those of the processors that are fre
   };
   Gate asked = gate(a, b, 1e-3);
   CHECK(threads_of(asked, {3, 0}) == 3);
-  asked.threads_given = true;
-  asked.options.threads = 2;
+  asked.request.threads_given = true;
+  asked.request.options.threads = 2;
   CHECK(threads_of(asked, {3, 0}) == 2);
-  asked.options.strategy = Strategy::four_point;
+  asked.request.options.strategy = Strategy::four_point;
   CHECK(threads_of(asked, {3, 0}) == 1);
 }
 
@@ -125,9 +125,9 @@ TEST_CASE("the gate's timeout ends it with its interval") {
   const Folder folder;
   const auto a = folder.obj("a.obj", shapes::grid(40)), b = folder.obj("b.obj", shapes::grid(43));
   Gate hard = gate(a, b, 0);  // two flat grids: bisection approaches 0 for ever
-  hard.options.strategy = Strategy::four_point;
-  hard.options.tolerance = {0.0, std::nullopt, std::nullopt};
-  hard.timeout = std::chrono::milliseconds(300);
+  hard.request.options.strategy = Strategy::four_point;
+  hard.request.options.tolerance = {0.0, std::nullopt, std::nullopt};
+  hard.request.timeout = std::chrono::milliseconds(300);
   const Report report = run_here({hard});
   const GateOutcome& outcome = report.outcomes[0];
   CHECK(outcome.verdict() == Verdict::undecided);
@@ -157,8 +157,8 @@ TEST_CASE("a limit of the area alone, and beside one of the distance") {
   const auto a = folder.obj("a.obj", ramp), b = folder.obj("b.obj", shapes::grid(5, 1, flat));
   const auto verdict_of = [&](double share, std::optional<double> max_distance) {
     Gate asked = gate(a, b, 0);
-    asked.limit.max_distance = max_distance;
-    asked.area_limit = AreaLimit{{0.3, {}, {}}, share};
+    set_area_limit(asked, {0.3, share});
+    asked.request.options.max_distance = max_distance;
     const Report report = run_here({asked});
     REQUIRE(report.outcomes[0].measured);
     CHECK(report.outcomes[0].measured->criteria.back().beyond == 0.3);
@@ -174,12 +174,11 @@ TEST_CASE("a limit of the area alone, and beside one of the distance") {
 TEST_CASE("a limit of the area that its time does not decide") {
   const Folder folder;
   Gate hard = gate(folder.obj("a.obj", shapes::grid(40)), folder.obj("b.obj", shapes::grid(43)), 0);
-  hard.options.strategy = Strategy::four_point;  // two flat grids: bisection approaches 0 for ever, before the areas
-  hard.options.tolerance = {0.0, std::nullopt, std::nullopt};
-  hard.tolerance_given = true;
-  hard.limit = {};
-  hard.area_limit = AreaLimit{{1e-5, {}, {}}, 0.4};
-  hard.timeout = std::chrono::milliseconds(150);
+  set_area_limit(hard, {1e-5, 0.4});
+  hard.request.options.strategy =
+      Strategy::four_point;  // two flat grids: bisection approaches 0 for ever, before areas
+  hard.request.options.tolerance = {0.0, std::nullopt, std::nullopt};
+  hard.request.timeout = std::chrono::milliseconds(150);
   const Report report = run_here({hard});
   CHECK(report.outcomes[0].verdict() == Verdict::undecided);
   CHECK(report.exit_code() == 2);
@@ -190,9 +189,8 @@ TEST_CASE("a mesh without area has no share of it") {
   const Folder folder;
   const auto point = folder.obj("a.obj", shapes::triangle(Vec3(1, 1, 1), Vec3(1, 1, 1), Vec3(1, 1, 1)));
   Gate asked = gate(point, folder.obj("b.obj", shapes::grid(3)), 0);
-  asked.limit = {};
-  asked.area_limit = AreaLimit{{0.1, {}, {}}, 0.5};
-  asked.options.direction = Direction::a_to_b;
+  set_area_limit(asked, {0.1, 0.5});
+  asked.request.options.direction = Direction::a_to_b;
   const Report report = run_here({asked});
   CHECK(report.outcomes[0].verdict() == Verdict::undecided);
   CHECK(report.outcomes[0].advice().find("no area") != std::string::npos);

@@ -18,7 +18,7 @@ GateOutcome outcome(const std::string& name, const Measured& measured, bool warn
   GateOutcome made;
   made.gate = gate("a.stl", "b.stl", measured.criteria.front().limit);
   made.gate.name = name;
-  made.gate.limit.unit = LengthUnit::millimeter;
+  made.gate.request.options.units.limit = LengthUnit::millimeter;
   made.gate.warn_only = warn_only;
   made.measured = measured;
   made.wall_ms = 1250;
@@ -88,7 +88,7 @@ TEST_CASE("quiet: gates that pass are left out") {
 TEST_CASE("a share of the diagonal stands beside the length that it came to") {
   Report report;
   report.outcomes = {outcome("share", measured(0.01, 0.02, 0.05))};
-  report.outcomes[0].gate.limit = {std::nullopt, 0.005, {}};
+  set_share_of_diagonal(report.outcomes[0].gate, 0.005);
   CHECK(to_table(report, {}).find("at most 0.05 (0.5 % of the baseline's diagonal)") != std::string::npos);
 }
 

@@ -13,46 +13,7 @@
 namespace meshgauge::fuzz {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using api::Request;
-
-Json json_of(const Tolerance& tolerance) {
-  Json json = Json::object();
-  if (tolerance.absolute) json["absolute"] = *tolerance.absolute;
-  if (tolerance.diagonal) json["diagonal"] = *tolerance.diagonal;
-  if (tolerance.relative) json["relative"] = *tolerance.relative;
-  return json;
-}
-
-// Every member that a request can have; the number of work items has a default that cannot be written.
-std::string written(const Request& request) {
-  const api::ComparisonOptions& options = request.options;
-  Json json{{"direction", name_of(api::kDirections, options.direction)},
-            {"strategy", name_of(api::kStrategies, options.strategy)},
-            {"tolerance", json_of(options.tolerance)},
-            {"timeout_ms", request.timeout.count()},
-            {"threads", options.threads},
-            {"budget", {{"memory_bytes", options.max_memory_bytes}}}};
-  if (options.max_distance) json["gate"]["max_distance"] = *options.max_distance;
-  const std::string_view limit_unit = api::limit_unit_name(options.units);
-  if (options.max_distance && !limit_unit.empty()) json["gate"]["units"] = limit_unit;
-  if (options.units.a) json["units"]["a"] = to_string(*options.units.a);
-  if (options.units.b) json["units"]["b"] = to_string(*options.units.b);
-  if (options.strategy == Strategy::n_point) json["points"] = options.points;
-  if (options.max_work_items != std::numeric_limits<std::uint64_t>::max()) {
-    json["budget"]["work_items"] = options.max_work_items;
-  }
-  return json.dump();
-}
-
-bool same(const Request& a, const Request& b) {
-  const Options &x = a.options, &y = b.options;
-  return a.timeout == b.timeout && a.options.units == b.options.units && x.direction == y.direction &&
-         x.tolerance.absolute == y.tolerance.absolute && x.tolerance.diagonal == y.tolerance.diagonal &&
-         x.tolerance.relative == y.tolerance.relative && x.max_distance == y.max_distance && x.strategy == y.strategy &&
-         x.points == y.points && x.max_memory_bytes == y.max_memory_bytes && x.max_work_items == y.max_work_items &&
-         x.threads == y.threads && x.simd == y.simd;
-}
 
 void require_within(std::optional<double> value, const api::Range& range, const char* what) {
   require(!value || api::in_range(*value, range, what).ok(), what);
@@ -68,7 +29,7 @@ void require_in_range(const Request& request, const api::RequestLimits& limits) 
   require(options.tolerance.absolute || options.tolerance.diagonal || options.tolerance.relative,
           "there is a rule to stop by");
   require(is_stencil(options.points), "the number of points is a stencil");
-  require(!options.units.limit || options.max_distance, "a unit of the limit goes with a limit");
+  require(!options.units.limit || has_limit(options), "a unit of the limit goes with a limit");
   require(request.timeout.count() >= 1 && request.timeout <= limits.max_timeout, "the time is within the limit");
 }
 
@@ -79,9 +40,9 @@ void check(std::string_view text, const api::RequestLimits& limits) {
     return require_answer(request.error());
   }
   require_in_range(*request, limits);
-  const std::string json = written(*request);
+  const std::string json = json_of(*request).dump();
   const auto again = parse_options(json, limits);
-  require(again.ok() && same(*request, *again), "options written anew are read as the same", json);
+  require(again.ok() && json_of(*again).dump() == json, "options written anew are read as the same", json);
 }
 
 }  // namespace

@@ -1,13 +1,22 @@
-#include "check/manifest/quantities.h"
+#include "api/quantity.h"
 
+#include <chrono>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <doctest/doctest.h>
 
 using namespace meshgauge;
-using check::parse_duration;
-using check::parse_limit;
+
+namespace {
+
+Result<api::Length> parse_limit(std::string_view text) { return api::parse_length(text, true); }
+Result<std::chrono::milliseconds> parse_duration(std::string_view text) {
+  return api::parse_duration(text, std::chrono::minutes(3));
+}
+
+}  // namespace
 
 TEST_CASE("quantities: a limit is a number, with a unit or without") {
   using enum api::LengthUnit;
@@ -32,9 +41,9 @@ TEST_CASE("quantities: a limit is a number, with a unit or without") {
     CAPTURE(row.text);
     const auto limit = parse_limit(row.text);
     REQUIRE(limit.ok());
-    CHECK(limit->max_distance == row.distance);
+    CHECK(limit->number == row.distance);
     CHECK(limit->unit == row.unit);
-    CHECK(!limit->max_diagonal_share);
+    CHECK(!limit->is_share);
   }
 }
 
@@ -43,9 +52,9 @@ TEST_CASE("quantities: a limit in percent is a share of the diagonal") {
     CAPTURE(text);
     const auto limit = parse_limit(text);
     REQUIRE(limit.ok());
-    CHECK(limit->max_diagonal_share == 0.005);
+    CHECK(limit->number == 0.005);
     CHECK(!limit->unit);
-    CHECK(!limit->max_distance);
+    CHECK(limit->is_share);
   }
 }
 
@@ -82,27 +91,15 @@ TEST_CASE("quantities: an unknown unit is refused with the list of known ones") 
 }
 
 TEST_CASE("quantities: a length cannot be a share") {
-  const auto length = check::parse_length("0.5 in");
+  const auto length = api::parse_length("0.5 in", false);
   REQUIRE(length.ok());
-  CHECK(length->max_distance == 0.5);
+  CHECK(length->number == 0.5);
   CHECK(length->unit == api::LengthUnit::inch);
-  CHECK_FALSE(check::parse_length("0.5 %").ok());
+  CHECK_FALSE(api::parse_length("0.5 %", false).ok());
   const auto advice = [](const auto& limit) { return limit.error().message.find('%') != std::string::npos; };
-  CHECK_FALSE(advice(check::parse_length("0.5 parsec")));
+  CHECK_FALSE(advice(api::parse_length("0.5 parsec", false)));
   CHECK(advice(parse_limit("0.5 parsec")));
-  CHECK_FALSE(check::parse_length("-1 mm").ok());
-}
-
-TEST_CASE("quantities: a unit alone") {
-  const auto unit = check::parse_unit(" Inches ");
-  REQUIRE(unit.ok());
-  CHECK(*unit == api::LengthUnit::inch);
-  for (const char* text : {"", "parsec", "1 mm", "m m"}) {
-    CAPTURE(text);
-    const auto refused = check::parse_unit(text);
-    REQUIRE(!refused.ok());
-    CHECK(refused.error().message.starts_with("must be a unit of length (um, mm, cm, m, in, ft), not '"));
-  }
+  CHECK_FALSE(api::parse_length("-1 mm", false).ok());
 }
 
 TEST_CASE("quantities: a duration has a unit, or is in seconds") {
@@ -147,41 +144,16 @@ TEST_CASE("quantities: a malformed or too long duration is refused") {
 }
 
 TEST_CASE("quantities: a share of the area has its %") {
-  CHECK(check::parse_share("1 %").value() == 0.01);
-  CHECK(check::parse_share("0%").value() == 0);
-  CHECK(check::parse_share(" 100 % ").value() == 1);
+  CHECK(api::parse_share("1 %").value() == 0.01);
+  CHECK(api::parse_share("0%").value() == 0);
+  CHECK(api::parse_share(" 100 % ").value() == 1);
   for (const char* text : {"", "1", "0.01", "1 mm", "%", "1 %%", "nan %"}) {
     CAPTURE(text);
-    REQUIRE(!check::parse_share(text).ok());
-    CHECK(check::parse_share(text).error().message.starts_with("must be a share of the area in percent (1 %), not "));
+    REQUIRE(!api::parse_share(text).ok());
+    CHECK(api::parse_share(text).error().message.starts_with("must be a share of the area in percent (1 %), not "));
   }
   for (const char* text : {"120 %", "-1 %", "1e9 %"}) {
-    REQUIRE(!check::parse_share(text).ok());
-    CHECK(check::parse_share(text).error().message.starts_with("must be from 0 % to 100 %, not "));
+    REQUIRE(!api::parse_share(text).ok());
+    CHECK(api::parse_share(text).error().message.starts_with("must be from 0 % to 100 %, not "));
   }
-}
-
-TEST_CASE("quantities: a limit of the area as a flag") {
-  const auto limit = check::parse_area_limit("0.05 mm: 1 %");
-  REQUIRE(limit.ok());
-  CHECK(limit->distance.max_distance == 0.05);
-  CHECK(limit->distance.unit == api::LengthUnit::millimeter);
-  CHECK(limit->share == 0.01);
-  CHECK(check::parse_area_limit("0.5 %:1%")->distance.max_diagonal_share == 0.005);
-  for (const char* text :
-       {"", "0.05 mm", "1 %", "0.05 mm: 1", "0.05 mm: 120 %", "-1 mm: 1 %", ": 1 %", "1 mm:", "1:1%:"}) {
-    CAPTURE(text);
-    CHECK(!check::parse_area_limit(text).ok());
-  }
-  check::Gate gate;
-  gate.area_limit = *limit;
-  CHECK(check_limits(gate).ok());
-  gate.limit = {0.1, {}, api::LengthUnit::millimeter};
-  CHECK(check_limits(gate).ok());
-  gate.limit.unit = api::LengthUnit::inch;
-  CHECK(check_limits(gate).error().message ==
-        "max_share_beyond: its distance is in mm, and max_distance is in in: a gate is measured in one unit, write "
-        "both in the same");
-  gate.limit = {{}, 0.1, {}};
-  CHECK(check_limits(gate).error().message.find("max_distance is a share of the diagonal") != std::string::npos);
 }

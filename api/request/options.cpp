@@ -1,0 +1,445 @@
+// The table of options: one row each.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "api/gate.h"
+#include "api/json_filter.h"
+#include "api/names.h"
+#include "api/quantity.h"
+#include "api/refused.h"
+#include "api/request.h"
+#include "api/request/parts.h"
+
+namespace meshgauge::api {
+namespace {
+
+using Member = Reading::Member;
+
+// A request while it is read.
+struct Draft {
+  Reading& reading;
+  const RequestLimits& limits;
+  Request request{};
+  bool tolerance_given = false;
+  bool in_gate = false;                          // the limits stand in `gate`
+  std::optional<Reading::LimitUnit> declared{};  // gate.units, but kUnitOfB
+  bool unit_of_b = false;
+  std::optional<bool> narrow{};
+  std::string limits_at{};  // of the first member that is about limits; empty: there is none
+  std::string zone_at{}, uncertainty_at{}, points_at{}, sides_at{}, timeout_at{};
+
+  ComparisonOptions& options = request.options;
+};
+
+using Read = void (*)(const JsonValue& value, const std::string& at, Draft& draft);
+
+Member member(std::string_view key, Read read, Draft& draft) {
+  return {key, [read, &draft](const JsonValue& value, const std::string& at) { read(value, at, draft); }};
+}
+
+template <class Number>
+void set_number(const JsonValue& value, const Range& range, const std::string& at, Draft& draft, Number& out) {
+  if (const auto number = draft.reading.number(value, range, at)) out = static_cast<Number>(*number);
+}
+
+// --- limits -----------------------------------------------------------------------------------------------------
+
+void read_max_distance(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.max_distance = draft.reading.limit(value, at);
+}
+
+void read_max_share_beyond(const JsonValue& value, const std::string& at, Draft& draft) {
+  constexpr const char* kExample = "{distance: 0.05 mm, share: 1 %}";
+  if (!value.is_object())
+    return draft.reading.refuse(at, "must be " + std::string(draft.reading.surface.object) +
+                                        " of distance and share, as " + kExample + ", not " +
+                                        draft.reading.shown(value));
+  ShareLimit& limit = draft.options.max_share_beyond.emplace();
+  const Member members[] = {
+      {"distance", [&](const JsonValue& v,
+                       const std::string& place) { limit.distance = draft.reading.limit(v, place).value_or(0); }},
+      {"share", [&](const JsonValue& v, const std::string& place) {
+         limit.share = draft.reading.share(v, "the area", place).value_or(0);
+       }}};
+  draft.reading.members(value, members, at);
+  for (const Member& one : members) {
+    if (value.size() < std::size(members) && !value.contains(one.key))
+      draft.reading.refuse(at, "has no " + std::string(one.key) + ": write " + kExample);
+  }
+}
+
+// [-inside, outside]
+void read_zone(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.zone_at = at;
+  if (!value.is_array() || value.size() != 2)
+    return draft.reading.refuse(
+        at, "must be two limits, inside and outside, as [-0.05 mm, 0.1 mm], not " + draft.reading.shown(value));
+  const auto inside = draft.reading.limit(value[0], at + "/0", Reading::Sign::minus);
+  const auto outside = draft.reading.limit(value[1], at + "/1", Reading::Sign::plus);
+  draft.options.zone = SideOptions::Zone{std::abs(inside.value_or(0)), outside.value_or(0)};
+}
+
+void read_uncertainty(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.uncertainty_at = at;
+  draft.options.uncertainty = draft.reading.limit(value, at).value_or(0);
+}
+
+void read_narrow(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.narrow = draft.reading.boolean(value, at);
+}
+
+std::optional<LengthUnit> read_unit(const JsonValue& value, const std::string& at, Draft& draft) {
+  const auto unit = value.is_string() ? parse_unit(value.get_ref<const std::string&>()) : std::nullopt;
+  if (!unit)
+    draft.reading.refuse(
+        at, "must be a unit of length (" + std::string(kUnitNames) + "), not " + draft.reading.shown(value));
+  return unit;
+}
+
+void read_limit_unit(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (value == kUnitOfB) {
+    draft.unit_of_b = true;
+  } else if (value == kUnitOfDiagonal) {
+    draft.declared = {std::nullopt, true};
+  } else if (const auto unit = read_unit(value, at, draft)) {
+    draft.declared = {unit, false};
+  }
+}
+
+struct Limit {
+  std::string_view key;
+  Read read;
+  bool is_one;  // a limit itself, not about the others
+};
+
+constexpr Limit kLimits[] = {{"max_distance", read_max_distance, true},
+                             {"max_share_beyond", read_max_share_beyond, true},
+                             {"zone", read_zone, true},
+                             {"uncertainty", read_uncertainty, false},
+                             {"narrow", read_narrow, false}};
+
+template <std::size_t row>
+void read_limit(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (draft.limits_at.empty()) draft.limits_at = at;
+  kLimits[row].read(value, at, draft);
+}
+
+// As services before 0.3 had it, with one unit for all.
+void read_gate(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (!draft.limits_at.empty())
+    return draft.reading.refuse(
+        at, "stands beside " + draft.reading.surface.name(draft.limits_at) + ": write all limits in one place");
+  draft.in_gate = true;
+  draft.limits_at = at;
+  std::vector<Member> members;
+  for (const Limit& limit : kLimits) members.push_back(member(limit.key, limit.read, draft));
+  members.push_back(member("units", read_limit_unit, draft));
+  draft.reading.members(value, members, at);
+}
+
+// --- the rest ---------------------------------------------------------------------------------------------------
+
+void read_direction(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (const auto found = draft.reading.name(kDirectionWords, value, at)) draft.options.direction = *found;
+}
+
+void read_strategy(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (const auto found = draft.reading.name(kStrategies, value, at)) draft.options.strategy = *found;
+}
+
+void read_points(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.points_at = at;
+  const double number = value.is_number() ? value.get<double>() : 0;
+  const int points = number >= 1 && number <= 1e6 && std::nearbyint(number) == number ? static_cast<int>(number) : 0;
+  if (!is_stencil(points))
+    return draft.reading.refuse(
+        at, "must be one of the numbers 4, 10, 31, 109, 409, 1585, not " + draft.reading.shown(value));
+  draft.options.points = points;
+}
+
+void read_tolerance(const JsonValue& value, const std::string& at, Draft& draft) {
+  Tolerance& tolerance = draft.options.tolerance = {};
+  draft.tolerance_given = true;
+  const auto rule = [&](std::string_view key, std::optional<double>& out) {
+    return Member{key, [&](const JsonValue& v, const std::string& place) {
+                    out = draft.reading.number(v, kToleranceRange, place);
+                  }};
+  };
+  const Member members[] = {rule("absolute", tolerance.absolute), rule("diagonal", tolerance.diagonal),
+                            rule("relative", tolerance.relative)};
+  draft.reading.some_members(value, members, at);
+}
+
+void read_milliseconds(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.timeout_at = at;
+  const Range range{kTimeoutMsRange.low, static_cast<double>(draft.limits.max_timeout.count()), true};
+  std::int64_t milliseconds = draft.request.timeout.count();
+  set_number(value, range, at, draft, milliseconds);
+  draft.request.timeout = std::chrono::milliseconds(milliseconds);
+}
+
+// "60 s", or a number of seconds.
+void read_timeout(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (!draft.timeout_at.empty())
+    return draft.reading.refuse(at, "stands beside " + draft.reading.surface.name(draft.timeout_at) + ": write one");
+  draft.timeout_at = at;
+  const bool is_time = value.is_string() || value.is_number();
+  if (!is_time) return draft.reading.refuse(at, "must be a time, not " + draft.reading.shown(value));
+  const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  const auto found = parse_duration(text, draft.limits.max_timeout);
+  if (found) {
+    draft.request.timeout = *found;
+  } else {
+    draft.reading.refuse(at, found.error().message);
+  }
+}
+
+void read_threads(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.request.threads_given = true;
+  set_number(value, kThreadsRange, at, draft, draft.options.threads);
+}
+
+void read_budget(const JsonValue& value, const std::string& at, Draft& draft) {
+  const Member members[] = {{"work_items",
+                             [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kWorkItemsRange, place, draft, draft.options.max_work_items);
+                             }},
+                            {"memory_bytes", [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kMemoryBytesRange, place, draft, draft.options.max_memory_bytes);
+                             }}};
+  draft.reading.members(value, members, at);
+}
+
+void read_areas(const JsonValue& value, const std::string& at, Draft& draft) {
+  AreaOptions& areas = draft.options.areas.emplace();
+  Reading& reading = draft.reading;
+  const Member members[] = {
+      {"beyond",
+       [&](const JsonValue& list, const std::string& place) {
+         reading.elements(
+             list, 1, AreaOptions::kMaxBeyond, "numbers",
+             [&](const JsonValue& v, const std::string& where) {
+               areas.beyond.push_back({reading.number(v, kBeyondRange, where).value_or(0), std::nullopt});
+             },
+             place);
+       }},
+      {"quantiles",
+       [&](const JsonValue& list, const std::string& place) {
+         reading.elements(
+             list, 1, AreaOptions::kMaxQuantiles, "numbers",
+             [&](const JsonValue& v, const std::string& where) {
+               areas.quantiles.push_back(reading.number(v, kQuantileRange, where).value_or(0.5));
+             },
+             place);
+       }},
+      {"mean",
+       [&](const JsonValue& v, const std::string& place) { areas.mean = reading.boolean(v, place).value_or(true); }},
+      {"share_tolerance",
+       [&](const JsonValue& v, const std::string& place) {
+         set_number(v, kShareToleranceRange, place, draft, areas.share_tolerance);
+       }},
+      {"length_tolerance", [&](const JsonValue& v, const std::string& place) {
+         set_number(v, kLengthToleranceRange, place, draft, areas.length_tolerance);
+       }}};
+  const std::size_t mistakes = reading.mistakes.size();
+  if (reading.members(value, members, at) && !asks_something(areas) && reading.mistakes.size() == mistakes)
+    reading.refuse(at, "must ask for beyond, quantiles or mean");
+}
+
+// Reads the request for something: true or an object of settings; false: none.
+template <class Settings>
+void read_settings(std::optional<Settings>& asked, const JsonValue& value, std::span<const Member> members,
+                   const std::string& at, Draft& draft) {
+  if (value == false) return asked.reset();
+  if (value != true && !value.is_object())
+    return draft.reading.refuse(at, "must be true, false or " + std::string(draft.reading.surface.object) + ", not " +
+                                        draft.reading.shown(value));
+  asked.emplace();
+  if (value.is_object()) draft.reading.members(value, members, at);
+}
+
+void read_sides(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.sides_at = at;
+  const Member members[] = {{"length_tolerance", [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kLengthToleranceRange, place, draft,
+                                          draft.options.sides->length_tolerance);
+                             }}};
+  read_settings(draft.options.sides, value, members, at, draft);
+}
+
+void read_statistics(const JsonValue& value, const std::string& at, Draft& draft) {
+  const Member members[] = {{"samples",
+                             [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kSamplesRange, place, draft, draft.options.statistics->samples);
+                             }},
+                            {"seed", [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kSeedRange, place, draft, draft.options.statistics->seed);
+                             }}};
+  read_settings(draft.options.statistics, value, members, at, draft);
+}
+
+void read_topology(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.topology = draft.reading.boolean(value, at).value_or(false);
+}
+
+// One unit for both meshes, or an object with one for each, by either pair of names.
+void read_units(const JsonValue& value, const std::string& at, Draft& draft) {
+  AskedUnits& units = draft.options.units;
+  if (!value.is_object()) {
+    units.a = units.b = read_unit(value, at, draft);
+    return;
+  }
+  const auto unit = [&](std::string_view key, std::optional<LengthUnit>& out) {
+    return Member{key, [&](const JsonValue& v, const std::string& place) { out = read_unit(v, place, draft); }};
+  };
+  std::vector<Member> members;
+  if (!draft.reading.surface.by_hand) members = {unit("a", units.a), unit("b", units.b)};
+  members.push_back(unit("candidate", units.a));
+  members.push_back(unit("baseline", units.b));
+  if (draft.reading.surface.by_hand) {
+    draft.reading.some_members(value, members, at, "a unit, or ");
+  } else {
+    draft.reading.members(value, members, at);
+  }
+}
+
+void take_regions(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.regions = read_regions(value, at, draft.reading);
+}
+
+void take_align(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.align = read_align(value, at, draft.reading);
+}
+
+void take_expect(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.expect = read_expect(value, at, draft.reading);
+}
+
+struct Option {
+  std::string_view key;
+  unsigned surfaces;
+  Read read;
+};
+
+constexpr unsigned kAll = Surface::http | Surface::manifest | Surface::flags | Surface::python;
+constexpr unsigned kNotInGates = kAll & ~static_cast<unsigned>(Surface::manifest);
+
+constexpr Option kOptions[] = {
+    {"max_distance", kAll, read_limit<0>}, {"max_share_beyond", kAll, read_limit<1>},
+    {"zone", kAll, read_limit<2>},         {"uncertainty", kAll, read_limit<3>},
+    {"narrow", kAll, read_limit<4>},       {"gate", Surface::http | Surface::python, read_gate},
+    {"regions", kAll, take_regions},       {"direction", kAll, read_direction},
+    {"align", kAll, take_align},           {"timeout_ms", kNotInGates, read_milliseconds},
+    {"timeout", kAll, read_timeout},       {"strategy", kAll, read_strategy},
+    {"points", kAll, read_points},         {"tolerance", kAll, read_tolerance},
+    {"threads", kAll, read_threads},       {"budget", kNotInGates, read_budget},
+    {"areas", kNotInGates, read_areas},    {"sides", kNotInGates, read_sides},
+    {"statistics", kAll, read_statistics}, {"topology", kNotInGates, read_topology},
+    {"expect", kAll, take_expect},         {"units", kAll, read_units}};
+
+// --- what must fit each other -----------------------------------------------------------------------------------
+
+void check_direction(Draft& draft) {
+  const Surface& words = draft.reading.surface;
+  const ComparisonOptions& options = draft.options;
+  if (options.direction == Direction::b_to_a && (options.sides || options.zone))
+    draft.reading.refuse(options.zone ? draft.zone_at : draft.sides_at,
+                         "is about the points of " + std::string(words.a) + ": the direction must be symmetric or " +
+                             std::string(words.a_to_b));
+  if (options.direction != Direction::a_to_b) return;
+  for (std::size_t i = 0; i < options.regions.size(); ++i) {
+    if (!options.regions[i].is_group()) continue;
+    draft.reading.add("/regions/" + std::to_string(i) + "/group",
+                      "the region " + shown_text(options.regions[i].name) + " is a group of " + std::string(words.b) +
+                          ": the direction must be symmetric or " + std::string(words.b_to_a));
+  }
+}
+
+void check_limits(Draft& draft) {
+  const ComparisonOptions& options = draft.options;
+  if (!draft.limits_at.empty() && !has_limit(options) && !draft.reading.surface.by_hand)
+    draft.reading.refuse(draft.limits_at, "needs max_distance, max_share_beyond or zone");
+  const bool any = std::ranges::any_of(options.regions, [](const Region& r) { return r.max_distance.has_value(); });
+  if (!options.max_distance &&
+      (any || (draft.reading.surface.by_hand && has_limit(options) && !options.regions.empty())))
+    draft.reading.refuse("/regions", "needs max_distance, the limit of what is in no region");
+  if (!uncertainty_fits(options))
+    draft.reading.refuse(draft.uncertainty_at,
+                         "must not be above the distance that may not be exceeded: nothing could pass");
+}
+
+void set_unit(Draft& draft) {
+  AskedUnits& units = draft.options.units;
+  const auto declared = draft.unit_of_b ? std::optional(Reading::LimitUnit{}) : draft.declared;
+  const Reading::LimitUnit found = draft.reading.unit_of_limits(declared);
+  units.limit = found.unit;
+  units.limit_of_diagonal = found.of_diagonal;
+  units.limit_of_b = draft.unit_of_b;
+}
+
+void complete(Draft& draft) {
+  if (draft.reading.mistakes.empty()) set_unit(draft);
+  if (draft.reading.mistakes.empty()) check_limits(draft);
+  check_direction(draft);
+  if (!draft.points_at.empty() && draft.options.strategy != Strategy::n_point)
+    draft.reading.refuse(draft.points_at, "goes with the strategy n_point only: choose it, or leave " +
+                                              draft.reading.surface.name(draft.points_at) + " out");
+  const bool limited = has_limit(draft.options);
+  draft.options.narrow = limited && draft.narrow.value_or(true);
+  if (limited && !draft.tolerance_given && !draft.in_gate)
+    draft.options.tolerance = draft.options.max_distance ? kToleranceOfGate : kToleranceOfArea;
+}
+
+void read_members(const JsonValue& document, Draft& draft) {
+  std::vector<Member> members;
+  for (const Option& option : kOptions) {
+    if ((option.surfaces & draft.reading.surface.bit) != 0) members.push_back(member(option.key, option.read, draft));
+  }
+  draft.reading.members(document, members, "");
+}
+
+}  // namespace
+
+ReadRequest read_request(const nlohmann::json& document, const Surface& surface, const RequestLimits& limits) {
+  Reading reading(surface);
+  Draft draft{reading, limits};
+  draft.request.timeout = limits.default_timeout;
+  read_members(document, draft);
+  complete(draft);
+  return {std::move(draft.request), std::move(reading.mistakes)};
+}
+
+std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, const Surface& surface) {
+  const RequestLimits limits;
+  Reading reading(surface);
+  Draft draft{reading, limits};
+  read_members(document, draft);
+  return std::move(reading.mistakes);
+}
+
+std::vector<std::string_view> options_of(const Surface& surface) {
+  std::vector<std::string_view> keys;
+  for (const Option& option : kOptions) {
+    if ((option.surfaces & surface.bit) != 0) keys.push_back(option.key);
+  }
+  return keys;
+}
+
+Error error_of(const std::vector<RequestMistake>& mistakes) {
+  Error error = refused(mistakes.front().message, "options", mistakes.front().pointer);
+  for (std::size_t i = 1; i < mistakes.size(); ++i)
+    error.others.push_back(refused(mistakes[i].message, "options", mistakes[i].pointer));
+  return error;
+}
+
+Result<Request> parse_options(std::string_view json, const RequestLimits& limits, const Surface& surface) {
+  const auto document = parse_document(json, "options", kMaxOptionsBytes);
+  if (!document) return document.error();
+  ReadRequest read = read_request(*document, surface, limits);
+  if (!read.mistakes.empty()) return error_of(read.mistakes);
+  return std::move(read.request);
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,30 @@
+// The parts of a request that have a shape of their own.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/expectations.h"
+#include "api/request/reading.h"
+#include "engine/align.h"
+#include "engine/region.h"
+
+namespace meshgauge::api {
+
+// Reads 1 to Region::kMost regions: {"name": "bore", "box": {"min": [x, y, z], "max": [x, y, z]}}, {"name": "tip",
+// "sphere": {"centre": [x, y, z], "radius": r}} or {"name": "lid", "group": "Lid"}, whose ranges are not known yet;
+// each with an optional max_distance.
+std::vector<Region> read_regions(const JsonValue& value, const std::string& at, Reading& reading);
+
+// Reads {"watertight": true, "triangles": {"max": 20000}, "volume": {"within": 0.01}}.
+Expectations read_expect(const JsonValue& value, const std::string& at, Reading& reading);
+
+// Reads "none", "rigid" or an object (openapi.yaml, Align). nullopt: "none", or a mistake.
+std::optional<AlignOptions> read_align(const JsonValue& value, const std::string& at, Reading& reading);
+
+// Reads {"row_major": [16 numbers]}, or column_major. The rotation of what is written may be off orthonormal by
+// kMostOffOrthonormal; that of the motion is one.
+std::optional<RigidMotion> read_transform(const JsonValue& value, const std::string& at, Reading& reading);
+
+}  // namespace meshgauge::api
