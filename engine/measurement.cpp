@@ -129,9 +129,12 @@ std::optional<Stop> Measurement::search_anew() {
 
 // The verdict stays.
 void Measurement::narrow() {
-  const NarrowingTime time(control_, begun_);
+  const NarrowingTime time(control_);
   goal_.gate.reset();
-  if (!measures_points()) goal_.relative = std::max(goal_.relative, kNarrowRelative);
+  if (!measures_points()) {
+    goal_.relative = std::max(goal_.relative, kNarrowRelative);
+    goal_.width = std::max(goal_.width, pair_.frame.length_to_frame(kNarrowOfLimit * *options_.max_distance));
+  }
   try {
     search_anew();
   } catch (const std::bad_alloc&) {  // the verdict is known without it

@@ -78,7 +78,6 @@ class Measurement final : public Monitor {
   double lower_slack_ = 0;  // what certifying takes from lower_
   double floor_ = 0;        // Outcome::precision_floor in frame units
   Certifier certifier_;
-  const Control::Clock::time_point begun_ = Control::Clock::now();
   std::optional<Control::Clock::time_point> interrupted_at_;      // first seen while certifying
   Control::Clock::time_point looked_at_ = Control::Clock::now();  // end of the last look(), or the start
   Control::Clock::duration look_took_{0};

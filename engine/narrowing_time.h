@@ -1,4 +1,4 @@
-// The time to narrow what is decided: as long as the work took so far, at least 0.1 s and at most 1 s.
+// The time to narrow what is decided: half a second.
 #pragma once
 
 #include <algorithm>
@@ -8,13 +8,11 @@
 
 namespace meshgauge {
 
-// While it lives, the control's deadline is no later than the end of that time. `begun`: when the work began.
+// While it lives, the control's deadline is no later than the end of that time.
 class NarrowingTime {
  public:
-  NarrowingTime(Control& control, Control::Clock::time_point begun) : control_(control), deadline_(control.deadline()) {
-    using std::chrono::milliseconds;
-    const auto now = Control::Clock::now();
-    const auto end = now + std::clamp<Control::Clock::duration>(now - begun, milliseconds(100), milliseconds(1000));
+  explicit NarrowingTime(Control& control) : control_(control), deadline_(control.deadline()) {
+    const auto end = Control::Clock::now() + std::chrono::milliseconds(500);
     control_.set_deadline(deadline_ ? std::min(*deadline_, end) : end);
   }
   ~NarrowingTime() { control_.set_deadline(deadline_); }
@@ -26,6 +24,7 @@ class NarrowingTime {
   const std::optional<Control::Clock::time_point> deadline_;
 };
 
-inline constexpr double kNarrowRelative = 0.1;  // of an interval's width to what it bounds, when it is narrow
+// An interval is narrow when its width is at most this part of what it bounds, or of the limit.
+inline constexpr double kNarrowRelative = 0.01, kNarrowOfLimit = 1e-4;
 
 }  // namespace meshgauge

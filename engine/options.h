@@ -44,9 +44,9 @@ struct Options {
   // For a measured distance, in the meshes' unit: the gate is decided when U <= max_distance - uncertainty, or
   // L > max_distance + uncertainty, or neither will ever hold.
   double uncertainty = 0;
-  // Once the gate is decided: search on until U - L <= L / 10 or a rule holds, for as long as it took so far, at least
-  // 0.1 s and at most 1 s; a share with a max_share likewise. The verdict does not change. Without an interruption of
-  // this search the bits depend on the input alone.
+  // Once the gate is decided: search on for at most 0.5 s, until U - L <= L / 100, or max_distance / 10,000, or a rule
+  // holds; a share with a max_share likewise. The verdict does not change. Without an interruption of this search the
+  // bits depend on the input alone.
   bool narrow = false;
   Strategy strategy = Strategy::automatic;
   int points = 4;                                         // samples of n_point: 4, 10, 31, 109, 409 or 1585

@@ -94,7 +94,7 @@ AreaStop AreaSearch::narrow() {
 void AreaSearch::narrow_decided() {
   is_narrowing_ = true;
   if (demand().met()) return;
-  const NarrowingTime time(in_.control, begun_);
+  const NarrowingTime time(in_.control);
   try {
     refine_all();
   } catch (const std::bad_alloc&) {  // the verdicts are known without it

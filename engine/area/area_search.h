@@ -110,7 +110,6 @@ class AreaSearch {
   AreaBounds known_;           // in frame units: the intersection of all intervals so far
   double least_chosen_ = 0;    // contribution of the parts that choose() takes
   bool is_narrowing_ = false;  // all gates are decided; their shares are narrowed
-  const Control::Clock::time_point begun_ = Control::Clock::now();
   Work work_;
 };
 

@@ -68,10 +68,9 @@ auto searched(const MeasuredDirection& direction, const MeasuredPair& pair, cons
 
 // A gate is decided first, and narrowed without its limits.
 SideOutcome search_sides(const AreaDirection& direction, const SideOptions& asked) {
-  const auto begun = Control::Clock::now();
   SideOutcome found = SideSearch(direction, asked, direction.options.uncertainty).run();
   if (!asked.zone || !direction.options.narrow || found.stop != AreaStop::complete || found.refused) return found;
-  const NarrowingTime time(direction.control, begun);
+  const NarrowingTime time(direction.control);
   SideOptions plain = asked;
   plain.zone.reset();
   plain.length_tolerance = std::max(plain.length_tolerance, kNarrowRelative);

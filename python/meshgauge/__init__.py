@@ -23,7 +23,7 @@ __all__ = ["Client", "Directed", "InputError", "Result", "ServiceError", "Witnes
 
 
 def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
-            tolerance: Optional[_options.Tolerance] = None, timeout: Optional[float] = 30.0,
+            tolerance: Optional[_options.Tolerance] = None, timeout: Union[float, str, None] = 30.0,
             threads: Optional[int] = None, direction: Optional[str] = None,
             units: Optional[_options.Units] = None, strategy: Optional[str] = None, points: Optional[int] = None,
             statistics: Union[bool, Mapping[str, int], None] = None,
@@ -44,13 +44,13 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     faces it is a point cloud, from which alone distances are measured: direction="a_to_b".
 
     Args:
-        max_distance: the limit, as a number in the unit of the result or as text, "0.05 mm". With it, the work ends
+        max_distance: the limit, as a number in the unit of the result or as text, "0.05 mm", or "0.5 %" of the diagonal of b. With it, the work ends
             as soon as the verdict is known.
         tolerance: how narrow the interval shall be. A number: its width in the unit of the result. Else a mapping
             with "absolute", "diagonal" (share of the diagonal of a) or "relative" (share of `lower`), of which the
             first that holds ends the work. Default: {"diagonal": 1e-6, "relative": 0.01}; with a limit,
             {"diagonal": 1e-9}.
-        timeout: seconds after which the work ends, with the interval reached so far. None: no limit.
+        timeout: seconds, or "500 ms", after which the work ends, with the interval reached so far. None: no limit.
         threads: at most so many threads, 1 to 64. Default: one for each processor. With one thread, the same input
             gives the same bits; with more, the interval may differ within the tolerance, the verdict never.
         direction: "symmetric" (default), "a_to_b" or "b_to_a".
@@ -73,7 +73,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         sides: True also certifies how far a reaches outside and inside of b (Result.document["sides"]); a mapping may
             set "length_tolerance".
         uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
-        narrow: True: after the verdict the work goes on, for at most a second, to say by how much it passes or fails.
+        narrow: False: the work ends with the verdict. Else it goes on for at most half a second, to say by how much the limit
+            is kept or exceeded: until the interval is one percent of the distance wide.
         align: moves a before it is measured (Result.document["alignment"]). "rigid": by the best fit; a 4x4 matrix: by
             that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
         expect: what a itself has to be like (Result.document["expectations"]): {"watertight": True, "triangles": {"max":

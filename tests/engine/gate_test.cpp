@@ -40,7 +40,7 @@ TEST_CASE("the gate is decided as soon as the interval leaves it") {
   CHECK(fail.lower > *options.max_distance);
 }
 
-TEST_CASE("a decided gate is narrowed to a tenth of the distance when asked, with the same verdict") {
+TEST_CASE("a decided gate is narrowed to one percent of the distance when asked, with the same verdict") {
   const Mesh a = shapes::sphere(8, 1), b = shapes::sphere(5, 1.1);
   const Outcome fine = outcome_of(a, b, within(1e-7));
   for (const Strategy strategy : {Strategy::automatic, Strategy::four_point, Strategy::triangle_set}) {
@@ -68,10 +68,10 @@ TEST_CASE("a decided gate is narrow at last, as often as a busy machine has too 
     Options options = within(1e-9);
     options.max_distance = limit;
     const Outcome decided = outcome_of(a, b, options);
-    CHECK(decided.upper - decided.lower > 0.1 * decided.lower);
+    CHECK(decided.upper - decided.lower > 0.01 * decided.lower);
     options.narrow = true;
     Outcome narrow = outcome_of(a, b, options);
-    while (narrow.upper - narrow.lower > 0.1 * narrow.lower) narrow = outcome_of(a, b, options);
+    while (narrow.upper - narrow.lower > 0.01 * narrow.lower) narrow = outcome_of(a, b, options);
     CHECK(narrow.stop == Stop::gate_decided);
   }
 }
