@@ -145,8 +145,9 @@ class BatchReader {
     return known->second;
   }
 
-  // Moves an error in options to its place in the document.
+  // Moves errors in options to their places in the document.
   Error placed(Error error, const JsonValue& own, const std::string& pointer) const {
+    for (Error& other : error.others) other = placed(other, own, pointer);
     const std::string member = error.where.substr(0, error.where.find('/', 1));
     const bool is_own = !own.empty() && (member.empty() || own.contains(member.substr(1)));
     error.where = (is_own ? pointer : std::string()) + "/options" + error.where;

@@ -1,6 +1,7 @@
 #include "api/gate.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -28,12 +29,15 @@ bool uncertainty_fits(const ComparisonOptions& options) {
 void resolve_shares(ComparisonOptions& options, double diagonal) {
   if (!std::exchange(options.units.limit_of_diagonal, false)) return;
   options.units.limit_of_b = true;
-  if (options.max_distance) *options.max_distance *= diagonal;
-  if (options.max_share_beyond) options.max_share_beyond->distance *= diagonal;
-  if (options.zone) options.zone = SideOptions::Zone{options.zone->inside * diagonal, options.zone->outside * diagonal};
-  options.uncertainty *= diagonal;
+  const auto resolve = [diagonal](double& share) {
+    share = std::min(share * diagonal, std::numeric_limits<double>::max());
+  };
+  if (options.max_distance) resolve(*options.max_distance);
+  if (options.max_share_beyond) resolve(options.max_share_beyond->distance);
+  if (options.zone) resolve(options.zone->inside), resolve(options.zone->outside);
+  resolve(options.uncertainty);
   for (Region& region : options.regions) {
-    if (region.max_distance) *region.max_distance *= diagonal;
+    if (region.max_distance) resolve(*region.max_distance);
   }
 }
 

@@ -50,8 +50,8 @@ std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, con
 // The options of a surface, in the order of the table.
 std::vector<std::string_view> options_of(const Surface& surface);
 
-// Writes what read_request() of HTTP reads as the same request, and what services since 0.2 can read: `gate` has all
-// limits. Without threads unless threads_given.
+// Writes what read_request() of HTTP reads as the same request; `gate` has all limits. Without threads unless
+// threads_given.
 nlohmann::ordered_json json_of(const Request& request);
 
 // Parses the `options` document of HTTP: an object of at most 64 KiB, nested at most 16 deep. Errors: too_large; else

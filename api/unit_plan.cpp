@@ -93,7 +93,7 @@ Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b,
 
 Error bare_limit(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
   return conflict("the limit has no unit, " + described(plan, a, b) +
-                      ": write the limit with its unit (option gate.units, or '0.05 mm' as flag or in a manifest)",
+                      ": write the limit with its unit, as '0.05 mm'",
                   "options", "/gate/units");
 }
 

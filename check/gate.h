@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "api/expectations.h"
 #include "api/mesh_file.h"
 #include "api/request.h"
+#include "check/manifest/mistake.h"
 
 namespace meshgauge::check {
 
@@ -33,6 +35,8 @@ struct Gate {
   bool cloud = false;      // the candidate may be a point cloud; an XYZ always may
   std::string manifest;    // manifest that contains the gate, for reports that point at a line; empty: given by flags
   int line = 0;            // 1-based
+  // Why it cannot be measured, found before anything is: a file is missing, or is none. Other gates are measured.
+  std::optional<Mistake> defect{};
   std::vector<std::string> notes{};  // sentences of the manifest without full stop: files that a glob passes over
 };
 

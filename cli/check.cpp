@@ -186,7 +186,8 @@ Report measure(const CheckFlags& flags, const Gates& gates, RunParts& parts, con
 
 bool print_table(const CheckFlags& flags, const Report& report, bool to_stdout) {
   std::FILE* out = to_stdout ? stdout : stderr;
-  const check::TableStyle style{colours(flags, to_stdout ? STDOUT_FILENO : STDERR_FILENO), flags.quiet};
+  const int file = to_stdout ? STDOUT_FILENO : STDERR_FILENO;
+  const check::TableStyle style{colours(flags, file), flags.quiet, check::terminal_columns(file)};
   return std::fputs(check::to_table(report, style).c_str(), out) >= 0 && std::fflush(out) == 0;
 }
 

@@ -30,11 +30,16 @@ Result<Done> set_common(const CheckFlags& flags, check::Gate& gate) {
   const auto common = flags.options.request();
   if (!common) return common.error();
   if (flags.options.has("--timeout")) gate.request.timeout = common->timeout;
-  if (common->threads_given) {
+  if (flags.options.has("--threads")) {
     gate.request.options.threads = common->options.threads;
-    gate.request.threads_given = true;
+    gate.request.threads_given = common->threads_given;
   }
-  if (common->options.statistics) gate.request.options.statistics = common->options.statistics;
+  if (const auto& asked = common->options.statistics) {
+    auto& statistics = gate.request.options.statistics;
+    if (!statistics) statistics.emplace();
+    if (flags.options.has("--samples")) statistics->samples = asked->samples;
+    if (flags.options.has("--seed")) statistics->seed = asked->seed;
+  }
   if (flags.options.has("--fast")) gate.request.options.narrow = false;
   return Done{};
 }
@@ -189,8 +194,9 @@ void declare(CLI::App& command, CheckFlags& flags) {
   declare_service(command, flags);
   CLI::Option* update = command.add_flag("--update-baselines", flags.update_baselines,
                                          "Measure nothing: copy each gate's candidate over its baseline");
-  for (const char* unheard : {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation",
-                              "--history", "--server", "--statistics", "--fast", "--undecided"}) {
+  for (const char* unheard :
+       {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation", "--history",
+        "--server", "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
     update->excludes(command.get_option(unheard));  // these flags are about a measurement
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);

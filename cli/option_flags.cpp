@@ -7,8 +7,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/formats/text.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
+#include "api/unit_plan.h"
 #include "check/manifest/yaml_json.h"
 
 namespace meshgauge::cli {
@@ -17,7 +19,9 @@ namespace {
 using nlohmann::json;
 
 enum class Takes {
-  value,  // a word, or YAML of one line where it begins with '{' or '['
+  value,  // a number or a word
+  text,   // a word
+  yaml,   // as in a manifest
   area,   // "0.05 mm: 1 %"
   zone,   // "-0.05 mm, 0.1 mm"
   list,   // "0.05,0.1"
@@ -44,18 +48,18 @@ constexpr Row kRows[] = {
      "How far the first mesh may be inside and outside of the second, a closed one: '-0.05 mm, 0.1 mm'"},
     {"--uncertainty", "/uncertainty", Takes::value, kBoth,
      "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)"},
-    {"--regions", "/regions", Takes::value, kBoth,
+    {"--regions", "/regions", Takes::yaml, kBoth,
      "Measure these parts by themselves: '[{name: bore, box: {min: [0, 0, 0], max: [9, 9, 9]}, max_distance: 0.02 "
      "mm}]'; or sphere: {centre: [0, 0, 0], radius: 5}, or group: NAME, a group of the second file"},
-    {"--expect", "/expect", Takes::value, kBoth,
+    {"--expect", "/expect", Takes::yaml, kBoth,
      "What the first mesh itself has to be like: '{watertight: true, triangles: {max: 20000}}'; docs/check.md"},
-    {"--unit", "/units", Takes::value, kBoth,
+    {"--unit", "/units", Takes::text, kBoth,
      "The unit of both files, whatever they say themselves: um, mm, cm, m, in, ft"},
-    {"--unit-a", "/units/candidate", Takes::value, kBoth, "The unit of the first file"},
-    {"--unit-b", "/units/baseline", Takes::value, kBoth, "The unit of the second file"},
+    {"--unit-a", "/units/candidate", Takes::text, kBoth, "The unit of the first file"},
+    {"--unit-b", "/units/baseline", Takes::text, kBoth, "The unit of the second file"},
     {"--direction", "/direction", Takes::value, kBoth,
      "symmetric; a_to_b, candidate_to_baseline: from the first mesh; b_to_a, baseline_to_candidate"},
-    {"--align", "/align", Takes::value, kBoth,
+    {"--align", "/align", Takes::yaml, kBoth,
      "Move the first mesh first: 'rigid' by best fit, or as '{transform: {row_major: [16 numbers]}}'; "
      "docs/alignment.md"},
     {"--timeout", "/timeout", Takes::value, kBoth,
@@ -149,7 +153,7 @@ json list(std::string_view text) {
   json all = json::array();
   for (;;) {
     const std::size_t comma = text.find(',');
-    all.push_back(word(text.substr(0, comma)));
+    all.push_back(word(api::trimmed(text.substr(0, comma))));
     if (comma == std::string_view::npos) return all;
     text.remove_prefix(comma + 1);
   }
@@ -173,10 +177,29 @@ Result<json> value_of(const Row& row, const std::string& text) {
       if (!both) return both.error();
       return is_zone ? json{both->first, both->second} : json{{"distance", both->first}, {"share", both->second}};
     }
+    case Takes::yaml:
+      return flow(std::string(row.flag), text);
+    case Takes::text:
+      return json(text);
     case Takes::value:
       break;
   }
   return text.starts_with('{') || text.starts_with('[') ? flow(std::string(row.flag), text) : Result<json>(word(text));
+}
+
+// --unit, and what --unit-a and --unit-b say otherwise.
+Result<Done> set_units(const OptionFlags& flags, json& document) {
+  if (!flags.has("--unit") || !(flags.has("--unit-a") || flags.has("--unit-b"))) return Done{};
+  const std::string both = flags.text("--unit");
+  if (!api::parse_unit(api::trimmed(both)))
+    return refused(
+        "--unit must be a unit of length (" + std::string(api::kUnitNames) + "), not " + api::shown_text(both), "",
+        "--unit");
+  json units{{"candidate", both}, {"baseline", both}};
+  if (flags.has("--unit-a")) units["candidate"] = flags.text("--unit-a");
+  if (flags.has("--unit-b")) units["baseline"] = flags.text("--unit-b");
+  document["units"] = std::move(units);
+  return Done{};
 }
 
 Error goes_with(const char* flag, const char* others) { return bad_flag(flag, std::string("goes with ") + others); }
@@ -219,13 +242,11 @@ Result<json> OptionFlags::document() const {
     auto value = value_of(row, flags_.at(row.flag).text);
     if (!value) return value;
     if (row.flag == "--threads" && *value == 0) continue;
-    json::json_pointer place{std::string(row.pointer)};
-    // A part of what another flag has already said: --unit, --statistics.
-    json& whole = document[place.parent_pointer()];
-    if (!place.parent_pointer().empty() && whole.is_boolean()) whole = json::object();
-    if (whole.is_string()) whole = {{"candidate", whole}, {"baseline", whole}};
+    const json::json_pointer place{std::string(row.pointer)}, whole = place.parent_pointer();
+    if (!whole.empty() && document.contains(whole) && !document[whole].is_object()) document.erase(whole.back());
     document[place] = *std::move(value);
   }
+  if (auto ok = set_units(*this, document); !ok) return ok.error();
   return document;
 }
 

@@ -89,6 +89,7 @@ void Service::add_comparison_routes() {
   };
   router_.add("GET", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.get(e); });
   router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
+  router_.add("POST", "/v1/comparisons/{}/cancel", [this](Exchange& e) { comparisons_.cancel(e); });
   router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
   if (!deviations_) return;
   for (const auto& format : api::kMapFormats) {
@@ -102,6 +103,7 @@ void Service::add_batch_routes() {
   router_.add("POST", "/v1/batches", [this](Exchange& e) { batches_->create(e, comparisons_.refusing()); });
   router_.add("GET", "/v1/batches/{}", [this](Exchange& e) { batches_->get(e); });
   router_.add("DELETE", "/v1/batches/{}", [this](Exchange& e) { batches_->remove(e); });
+  router_.add("POST", "/v1/batches/{}/cancel", [this](Exchange& e) { batches_->cancel(e); });
   router_.add("GET", "/v1/batches/{}/events", [this](Exchange& e) { batches_->events(e); });
   router_.add("GET", "/v1/batches/{}/results.jsonl", [this](Exchange& e) { batches_->results(e); });
   router_.add("GET", "/v1/batches/{}/junit.xml", [this](Exchange& e) { batches_->junit(e); });

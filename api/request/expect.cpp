@@ -1,4 +1,7 @@
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
 
 #include "api/quantity.h"
 #include "api/request/parts.h"
@@ -14,13 +17,22 @@ Member truth(std::string_view key, std::optional<bool>& expected, Reading& readi
   return {key, [&](const JsonValue& value, const std::string& at) { expected = reading.boolean(value, at); }};
 }
 
+// 20000.0 is a whole number, too.
+JsonValue as_whole(const JsonValue& value) {
+  const bool is_whole = value.is_number_float() && std::trunc(value.get<double>()) == value.get<double>();
+  const bool fits = is_whole && std::abs(value.get<double>()) < 0x1p53;
+  return fits ? JsonValue(static_cast<std::int64_t>(value.get<double>())) : value;
+}
+
 // Reads what `value` has of both ends; `others`: further members.
 Span read_span(const JsonValue& value, const Range& range, std::vector<Member> others, std::string_view or_else,
                const std::string& at, Reading& reading) {
   Span span;
   std::vector<Member> members{
-      {"min", [&](const JsonValue& v, const std::string& place) { span.min = reading.number(v, range, place); }},
-      {"max", [&](const JsonValue& v, const std::string& place) { span.max = reading.number(v, range, place); }}};
+      {"min",
+       [&](const JsonValue& v, const std::string& place) { span.min = reading.number(as_whole(v), range, place); }},
+      {"max",
+       [&](const JsonValue& v, const std::string& place) { span.max = reading.number(as_whole(v), range, place); }}};
   std::ranges::move(others, std::back_inserter(members));
   reading.some_members(value, members, at, or_else);
   if (span.min && span.max && *span.min > *span.max) reading.refuse(at, "has a min above its max");
@@ -32,7 +44,7 @@ Member count(std::string_view key, std::optional<Span>& expected, Reading& readi
   return {key, [&](const JsonValue& value, const std::string& at) {
             if (!value.is_number()) {
               expected = read_span(value, kCountRange, {}, "a whole number, or ", at, reading);
-            } else if (const auto number = reading.number(value, kCountRange, at)) {
+            } else if (const auto number = reading.number(as_whole(value), kCountRange, at)) {
               expected = Span{number, number};
             }
           }};

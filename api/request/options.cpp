@@ -9,7 +9,7 @@
 #include "api/names.h"
 #include "api/quantity.h"
 #include "api/refused.h"
-#include "api/request.h"
+#include "api/request/draft.h"
 #include "api/request/parts.h"
 
 namespace meshgauge::api {
@@ -17,129 +17,17 @@ namespace {
 
 using Member = Reading::Member;
 
-// A request while it is read.
-struct Draft {
-  Reading& reading;
-  const RequestLimits& limits;
-  Request request{};
-  bool tolerance_given = false;
-  bool in_gate = false;                          // the limits stand in `gate`
-  std::optional<Reading::LimitUnit> declared{};  // gate.units, but kUnitOfB
-  bool unit_of_b = false;
-  std::optional<bool> narrow{};
-  std::string limits_at{};  // of the first member that is about limits; empty: there is none
-  std::string zone_at{}, uncertainty_at{}, points_at{}, sides_at{}, timeout_at{};
-
-  ComparisonOptions& options = request.options;
-};
-
-using Read = void (*)(const JsonValue& value, const std::string& at, Draft& draft);
-
-Member member(std::string_view key, Read read, Draft& draft) {
-  return {key, [read, &draft](const JsonValue& value, const std::string& at) { read(value, at, draft); }};
-}
-
 template <class Number>
 void set_number(const JsonValue& value, const Range& range, const std::string& at, Draft& draft, Number& out) {
   if (const auto number = draft.reading.number(value, range, at)) out = static_cast<Number>(*number);
 }
 
-// --- limits -----------------------------------------------------------------------------------------------------
-
-void read_max_distance(const JsonValue& value, const std::string& at, Draft& draft) {
-  draft.options.max_distance = draft.reading.limit(value, at);
-}
-
-void read_max_share_beyond(const JsonValue& value, const std::string& at, Draft& draft) {
-  constexpr const char* kExample = "{distance: 0.05 mm, share: 1 %}";
-  if (!value.is_object())
-    return draft.reading.refuse(at, "must be " + std::string(draft.reading.surface.object) +
-                                        " of distance and share, as " + kExample + ", not " +
-                                        draft.reading.shown(value));
-  ShareLimit& limit = draft.options.max_share_beyond.emplace();
-  const Member members[] = {
-      {"distance", [&](const JsonValue& v,
-                       const std::string& place) { limit.distance = draft.reading.limit(v, place).value_or(0); }},
-      {"share", [&](const JsonValue& v, const std::string& place) {
-         limit.share = draft.reading.share(v, "the area", place).value_or(0);
-       }}};
-  draft.reading.members(value, members, at);
-  for (const Member& one : members) {
-    if (value.size() < std::size(members) && !value.contains(one.key))
-      draft.reading.refuse(at, "has no " + std::string(one.key) + ": write " + kExample);
-  }
-}
-
-// [-inside, outside]
-void read_zone(const JsonValue& value, const std::string& at, Draft& draft) {
-  draft.zone_at = at;
-  if (!value.is_array() || value.size() != 2)
-    return draft.reading.refuse(
-        at, "must be two limits, inside and outside, as [-0.05 mm, 0.1 mm], not " + draft.reading.shown(value));
-  const auto inside = draft.reading.limit(value[0], at + "/0", Reading::Sign::minus);
-  const auto outside = draft.reading.limit(value[1], at + "/1", Reading::Sign::plus);
-  draft.options.zone = SideOptions::Zone{std::abs(inside.value_or(0)), outside.value_or(0)};
-}
-
-void read_uncertainty(const JsonValue& value, const std::string& at, Draft& draft) {
-  draft.uncertainty_at = at;
-  draft.options.uncertainty = draft.reading.limit(value, at).value_or(0);
-}
-
-void read_narrow(const JsonValue& value, const std::string& at, Draft& draft) {
-  draft.narrow = draft.reading.boolean(value, at);
-}
-
-std::optional<LengthUnit> read_unit(const JsonValue& value, const std::string& at, Draft& draft) {
-  const auto unit = value.is_string() ? parse_unit(value.get_ref<const std::string&>()) : std::nullopt;
-  if (!unit)
-    draft.reading.refuse(
-        at, "must be a unit of length (" + std::string(kUnitNames) + "), not " + draft.reading.shown(value));
-  return unit;
-}
-
-void read_limit_unit(const JsonValue& value, const std::string& at, Draft& draft) {
-  if (value == kUnitOfB) {
-    draft.unit_of_b = true;
-  } else if (value == kUnitOfDiagonal) {
-    draft.declared = {std::nullopt, true};
-  } else if (const auto unit = read_unit(value, at, draft)) {
-    draft.declared = {unit, false};
-  }
-}
-
-struct Limit {
-  std::string_view key;
-  Read read;
-  bool is_one;  // a limit itself, not about the others
-};
-
-constexpr Limit kLimits[] = {{"max_distance", read_max_distance, true},
-                             {"max_share_beyond", read_max_share_beyond, true},
-                             {"zone", read_zone, true},
-                             {"uncertainty", read_uncertainty, false},
-                             {"narrow", read_narrow, false}};
-
-template <std::size_t row>
-void read_limit(const JsonValue& value, const std::string& at, Draft& draft) {
+// A limit outside of `gate`.
+template <OptionReader read>
+void limit(const JsonValue& value, const std::string& at, Draft& draft) {
   if (draft.limits_at.empty()) draft.limits_at = at;
-  kLimits[row].read(value, at, draft);
+  read(value, at, draft);
 }
-
-// As services before 0.3 had it, with one unit for all.
-void read_gate(const JsonValue& value, const std::string& at, Draft& draft) {
-  if (!draft.limits_at.empty())
-    return draft.reading.refuse(
-        at, "stands beside " + draft.reading.surface.name(draft.limits_at) + ": write all limits in one place");
-  draft.in_gate = true;
-  draft.limits_at = at;
-  std::vector<Member> members;
-  for (const Limit& limit : kLimits) members.push_back(member(limit.key, limit.read, draft));
-  members.push_back(member("units", read_limit_unit, draft));
-  draft.reading.members(value, members, at);
-}
-
-// --- the rest ---------------------------------------------------------------------------------------------------
 
 void read_direction(const JsonValue& value, const std::string& at, Draft& draft) {
   if (const auto found = draft.reading.name(kDirectionWords, value, at)) draft.options.direction = *found;
@@ -288,11 +176,11 @@ void read_topology(const JsonValue& value, const std::string& at, Draft& draft) 
 void read_units(const JsonValue& value, const std::string& at, Draft& draft) {
   AskedUnits& units = draft.options.units;
   if (!value.is_object()) {
-    units.a = units.b = read_unit(value, at, draft);
+    units.a = units.b = read_unit(value, at, draft.reading);
     return;
   }
   const auto unit = [&](std::string_view key, std::optional<LengthUnit>& out) {
-    return Member{key, [&](const JsonValue& v, const std::string& place) { out = read_unit(v, place, draft); }};
+    return Member{key, [&](const JsonValue& v, const std::string& place) { out = read_unit(v, place, draft.reading); }};
   };
   std::vector<Member> members;
   if (!draft.reading.surface.by_hand) members = {unit("a", units.a), unit("b", units.b)};
@@ -320,24 +208,34 @@ void take_expect(const JsonValue& value, const std::string& at, Draft& draft) {
 struct Option {
   std::string_view key;
   unsigned surfaces;
-  Read read;
+  OptionReader read;
 };
 
 constexpr unsigned kAll = Surface::http | Surface::manifest | Surface::flags | Surface::python;
 constexpr unsigned kNotInGates = kAll & ~static_cast<unsigned>(Surface::manifest);
 
-constexpr Option kOptions[] = {
-    {"max_distance", kAll, read_limit<0>}, {"max_share_beyond", kAll, read_limit<1>},
-    {"zone", kAll, read_limit<2>},         {"uncertainty", kAll, read_limit<3>},
-    {"narrow", kAll, read_limit<4>},       {"gate", Surface::http | Surface::python, read_gate},
-    {"regions", kAll, take_regions},       {"direction", kAll, read_direction},
-    {"align", kAll, take_align},           {"timeout_ms", kNotInGates, read_milliseconds},
-    {"timeout", kAll, read_timeout},       {"strategy", kAll, read_strategy},
-    {"points", kAll, read_points},         {"tolerance", kAll, read_tolerance},
-    {"threads", kAll, read_threads},       {"budget", kNotInGates, read_budget},
-    {"areas", kNotInGates, read_areas},    {"sides", kNotInGates, read_sides},
-    {"statistics", kAll, read_statistics}, {"topology", kNotInGates, read_topology},
-    {"expect", kAll, take_expect},         {"units", kAll, read_units}};
+constexpr Option kOptions[] = {{"max_distance", kAll, limit<read_max_distance>},
+                               {"max_share_beyond", kAll, limit<read_max_share_beyond>},
+                               {"zone", kAll, limit<read_zone>},
+                               {"uncertainty", kAll, limit<read_uncertainty>},
+                               {"narrow", kAll, limit<read_narrow>},
+                               {"gate", Surface::http | Surface::python, read_gate},
+                               {"regions", kAll, take_regions},
+                               {"direction", kAll, read_direction},
+                               {"align", kAll, take_align},
+                               {"timeout_ms", kNotInGates, read_milliseconds},
+                               {"timeout", kAll, read_timeout},
+                               {"strategy", kAll, read_strategy},
+                               {"points", kAll, read_points},
+                               {"tolerance", kAll, read_tolerance},
+                               {"threads", kAll, read_threads},
+                               {"budget", kNotInGates, read_budget},
+                               {"areas", kNotInGates, read_areas},
+                               {"sides", kNotInGates, read_sides},
+                               {"statistics", kAll, read_statistics},
+                               {"topology", kNotInGates, read_topology},
+                               {"expect", kAll, take_expect},
+                               {"units", kAll, read_units}};
 
 // --- what must fit each other -----------------------------------------------------------------------------------
 
@@ -357,39 +255,12 @@ void check_direction(Draft& draft) {
   }
 }
 
-void check_limits(Draft& draft) {
-  const ComparisonOptions& options = draft.options;
-  if (!draft.limits_at.empty() && !has_limit(options) && !draft.reading.surface.by_hand)
-    draft.reading.refuse(draft.limits_at, "needs max_distance, max_share_beyond or zone");
-  const bool any = std::ranges::any_of(options.regions, [](const Region& r) { return r.max_distance.has_value(); });
-  if (!options.max_distance &&
-      (any || (draft.reading.surface.by_hand && has_limit(options) && !options.regions.empty())))
-    draft.reading.refuse("/regions", "needs max_distance, the limit of what is in no region");
-  if (!uncertainty_fits(options))
-    draft.reading.refuse(draft.uncertainty_at,
-                         "must not be above the distance that may not be exceeded: nothing could pass");
-}
-
-void set_unit(Draft& draft) {
-  AskedUnits& units = draft.options.units;
-  const auto declared = draft.unit_of_b ? std::optional(Reading::LimitUnit{}) : draft.declared;
-  const Reading::LimitUnit found = draft.reading.unit_of_limits(declared);
-  units.limit = found.unit;
-  units.limit_of_diagonal = found.of_diagonal;
-  units.limit_of_b = draft.unit_of_b;
-}
-
 void complete(Draft& draft) {
-  if (draft.reading.mistakes.empty()) set_unit(draft);
-  if (draft.reading.mistakes.empty()) check_limits(draft);
+  complete_limits(draft);
   check_direction(draft);
   if (!draft.points_at.empty() && draft.options.strategy != Strategy::n_point)
     draft.reading.refuse(draft.points_at, "goes with the strategy n_point only: choose it, or leave " +
                                               draft.reading.surface.name(draft.points_at) + " out");
-  const bool limited = has_limit(draft.options);
-  draft.options.narrow = limited && draft.narrow.value_or(true);
-  if (limited && !draft.tolerance_given && !draft.in_gate)
-    draft.options.tolerance = draft.options.max_distance ? kToleranceOfGate : kToleranceOfArea;
 }
 
 void read_members(const JsonValue& document, Draft& draft) {
@@ -408,7 +279,7 @@ ReadRequest read_request(const nlohmann::json& document, const Surface& surface,
   draft.request.timeout = limits.default_timeout;
   read_members(document, draft);
   complete(draft);
-  return {std::move(draft.request), std::move(reading.mistakes)};
+  return {std::move(draft.request), reading.told()};
 }
 
 std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, const Surface& surface) {
@@ -416,7 +287,7 @@ std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, con
   Reading reading(surface);
   Draft draft{reading, limits};
   read_members(document, draft);
-  return std::move(reading.mistakes);
+  return reading.told();
 }
 
 std::vector<std::string_view> options_of(const Surface& surface) {

@@ -24,6 +24,19 @@ bool is_sign_before(std::string_view text, Reading::Sign sign) {
 
 }  // namespace
 
+void Reading::add(const std::string& at, std::string sentence, bool of_key) {
+  if (mistakes.size() < kMost) {
+    mistakes.push_back({at, std::move(sentence), of_key});
+  } else {
+    ++more_;
+  }
+}
+
+std::vector<RequestMistake> Reading::told() {
+  if (more_ > 0) mistakes.push_back({"", "and " + std::to_string(more_) + " more mistakes"});
+  return std::move(mistakes);
+}
+
 std::string Reading::shown(const JsonValue& value) const {
   if (value.is_null()) return std::string(surface.nothing);
   if (!value.is_structured()) return api::shown(value);
@@ -74,14 +87,12 @@ void Reading::unknown(const std::string& at, const std::string& key, std::span<c
   std::vector<std::string_view> keys;
   for (const Member& member : known) keys.push_back(member.key);
   const std::string name = surface.bit == Surface::http ? at : key;
-  mistakes.push_back(
-      {at, "unknown " + std::string(surface.option) + " " + shown_text(name) + suggestion(key, keys), true});
+  add(at, "unknown " + std::string(surface.option) + " " + shown_text(name) + suggestion(key, keys), true);
 }
 
-bool Reading::members(const JsonValue& value, std::span<const Member> known, const std::string& at,
-                      std::string_view or_else) {
+bool Reading::members(const JsonValue& value, std::span<const Member> known, const std::string& at) {
   if (!value.is_object()) {
-    refuse(at, "must be " + std::string(or_else) + std::string(surface.object) + " of " + joined(known) + ", not " +
+    refuse(at, "must be " + std::string(surface.object) + (at.empty() ? "" : " of " + joined(known)) + ", not " +
                    shown(value));
     return false;
   }
@@ -155,14 +166,15 @@ std::string Reading::in_words(const Limit& limit) {
 }
 
 // A bare 0 is in every unit.
-Reading::LimitUnit Reading::unit_of_limits(const std::optional<LimitUnit>& declared) {
+Reading::LimitUnit Reading::unit_of_limits(const std::optional<LimitUnit>& declared,
+                                           const std::string& declared_words) {
   const auto counts = [](const Limit& limit) { return !limit.is_bare || !limit.is_zero; };
   const auto first = std::ranges::find_if(limits_, counts);
   if (first == limits_.end() && !declared) return {};
   const std::string wanted = in_words(declared ? Limit{"", *declared} : *first);
   for (const Limit& limit : limits_) {
     if (!counts(limit) || in_words(limit) == wanted || (declared && limit.is_bare)) continue;
-    const std::string other = declared ? "the declared unit " + wanted : surface.name(first->at) + " " + wanted;
+    const std::string other = declared ? declared_words : surface.name(first->at) + " " + wanted;
     refuse(limit.at, in_words(limit) + ", and " + other + ": a gate is measured in one unit, write both in the same");
   }
   return declared ? *declared : first->unit;

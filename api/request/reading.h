@@ -21,9 +21,9 @@ namespace meshgauge::api {
 using JsonValue = nlohmann::json;
 
 struct RequestMistake {
-  std::string pointer;  // JSON pointer in the document
-  std::string message;  // a sentence without full stop, which names the place
-  bool of_key = false;  // about the member's key, not its value
+  std::string pointer;    // JSON pointer in the document
+  std::string message;    // a sentence without full stop, which names the place
+  bool of_key = false;    // about the member's key, not its value
 };
 
 // One document while it is read. Each function reads the value at the JSON pointer `at`, or adds a mistake.
@@ -34,7 +34,11 @@ class Reading {
   const Surface& surface;
   std::vector<RequestMistake> mistakes;
 
-  void add(const std::string& at, std::string sentence) { mistakes.push_back({at, std::move(sentence)}); }
+  // The largest number of mistakes that are told; more are counted.
+  static constexpr std::size_t kMost = 32;
+  void add(const std::string& at, std::string sentence, bool of_key = false);
+  // Returns the mistakes, and how many more there are. Call it once, at the end.
+  std::vector<RequestMistake> told();
   void refuse(const std::string& at, const std::string& what) { add(at, surface.name(at) + " " + what); }
   std::string shown(const JsonValue& value) const;  // for "must be ..., not ..."
 
@@ -57,11 +61,9 @@ class Reading {
     std::string_view key;
     std::function<void(const JsonValue& value, const std::string& at)> read;
   };
-  // Reads the members that there are, in this order. False: it is no object. `or_else`: what it may be as well, "a
-  // whole number, or ".
-  bool members(const JsonValue& value, std::span<const Member> known, const std::string& at,
-               std::string_view or_else = "");
-  // As members(), of an object that has at least one.
+  // Reads the members that there are, in this order. False: it is no object.
+  bool members(const JsonValue& value, std::span<const Member> known, const std::string& at);
+  // As members(), of an object that has at least one. `or_else`: what it may be as well, "a whole number, or ".
   bool some_members(const JsonValue& value, std::span<const Member> known, const std::string& at,
                     std::string_view or_else = "");
 
@@ -81,8 +83,8 @@ class Reading {
     bool of_diagonal = false;        // of mesh b
   };
   // Returns the unit in which the limits are that were read, and refuses those in another. `declared`: the unit of bare
-  // numbers, which all others must have as well.
-  LimitUnit unit_of_limits(const std::optional<LimitUnit>& declared);
+  // numbers, which all others must have as well; in words "gate.units is 'mm'".
+  LimitUnit unit_of_limits(const std::optional<LimitUnit>& declared, const std::string& declared_words);
 
  private:
   struct Limit {
@@ -96,6 +98,7 @@ class Reading {
   void unknown(const std::string& at, const std::string& key, std::span<const Member> known);
   static std::string in_words(const Limit& limit);
 
+  std::size_t more_ = 0;  // mistakes that are not told
   std::vector<Limit> limits_;
 };
 

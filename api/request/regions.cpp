@@ -35,11 +35,12 @@ void read_both(const JsonValue& value, const std::array<Reading::Member, 2>& bot
 
 Box read_box(const JsonValue& value, const std::string& at, Reading& reading) {
   Box box{Vec3::Zero(), Vec3::Zero()};
+  const std::size_t mistakes = reading.mistakes.size();
   read_both(value,
             {{{"min", [&](const JsonValue& v, const std::string& place) { read_point(v, place, reading, box.low); }},
               {"max", [&](const JsonValue& v, const std::string& place) { read_point(v, place, reading, box.high); }}}},
             at, reading);
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3 && reading.mistakes.size() == mistakes; ++k) {
     if (box.low[k] > box.high[k])
       reading.refuse(at + "/min/" + std::to_string(k), "is above that of max: the box is empty");
   }

@@ -217,19 +217,18 @@ class Expansion {
     mistakes_.add(entry.name.place, message);
   }
 
-  void check_candidate(const Entry& entry, const Gate& gate) {
-    const auto wrong = file_defect(gate.candidate);
-    if (!wrong) return;
-    mistakes_.add(entry.candidate.place, "gate " + api::shown_text(gate.name) + ": the candidate " +
-                                             shown_path(gate.candidate) + " " + *wrong +
-                                             hint(gate.candidate, entry.candidate.text));
+  void check_candidate(const Entry& entry, Gate& gate) {
+    if (const auto wrong = file_defect(gate.candidate))
+      set_defect(
+          gate, entry.candidate.place,
+          "the candidate " + shown_path(gate.candidate) + " " + *wrong + hint(gate.candidate, entry.candidate.text));
   }
 
-  void check_baseline(const Entry& entry, const Gate& gate) {
-    const std::string subject =
-        "gate " + api::shown_text(gate.name) + ": the baseline " + shown_path(gate.baseline) + " ";
+  void check_baseline(const Entry& entry, Gate& gate) {
+    const std::string subject = "the baseline " + shown_path(gate.baseline) + " ";
     if (is_same_file(gate.candidate, gate.baseline)) {
-      mistakes_.add(entry.baseline.place, subject + "is the candidate itself: the gate would always pass");
+      mistakes_.add(entry.baseline.place, "gate " + api::shown_text(gate.name) + ": " + subject +
+                                              "is the candidate itself: the gate would always pass");
       return;
     }
     const auto wrong = file_defect(gate.baseline);
@@ -239,7 +238,16 @@ class Expansion {
     std::string advice = missing ? hint(gate.baseline, entry.baseline.text) : "";
     if (missing && advice.find("there is ") == std::string::npos)
       advice += "; when the candidate is right, make it one by --update-baselines";
-    mistakes_.add(entry.baseline.place, subject + *wrong + advice);
+    set_defect(gate, entry.baseline.place, subject + *wrong + advice);
+  }
+
+  // The first place stands for both files.
+  static void set_defect(Gate& gate, Place place, const std::string& what) {
+    if (gate.defect) {
+      gate.defect->message += "; " + what;
+    } else {
+      gate.defect = Mistake{place.line, place.column, what};
+    }
   }
 
   void twice(const Entry& entry, const Gate& gate, const std::string& first, const std::string& second) {

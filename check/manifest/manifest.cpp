@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "api/json_filter.h"
 #include "api/refused.h"
 #include "api/text_file.h"
 #include "check/manifest/manifest_text.h"
@@ -18,6 +19,15 @@ Result<std::string> read_file(const std::filesystem::path& file) {
   return api::read_text_file(file.string(), kMaxYamlBytes);
 }
 
+// Nothing is measured, so all is said at once.
+void add_defects(const std::vector<Gate>& gates, Mistakes& mistakes) {
+  for (const Gate& gate : gates) {
+    if (gate.defect)
+      mistakes.add({gate.defect->line, gate.defect->column},
+                   "gate " + api::shown_text(gate.name) + ": " + gate.defect->message);
+  }
+}
+
 }  // namespace
 
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines, const Selection& only) {
@@ -26,6 +36,7 @@ Gates gates_of(const std::filesystem::path& manifest, Baselines baselines, const
   const auto text = read_file(manifest);
   if (text) {
     result.gates = expand(read_manifest(*text, mistakes), manifest, {baselines, only}, mistakes);
+    if (!mistakes.empty()) add_defects(result.gates, mistakes);
   } else {
     mistakes.add({}, text.error().message);
   }

@@ -16,7 +16,7 @@ struct Gates {
 };
 
 // Reads a manifest and looks up the files of the gates in `only`. Reports every mistake, not only the first. Paths in
-// it are relative to its folder. Limits: kMaxYamlBytes, kMaxYamlDepth and kMaxYamlNodes (yaml_tree.h), kMaxGates, and
+// it are relative to its folder. A file that is missing is a defect of its gate alone. Limits: kMaxYamlBytes, kMaxYamlDepth and kMaxYamlNodes (yaml_tree.h), kMaxGates, and
 // kMaxGlobEntries for each glob.
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines = Baselines::must_exist,
                const Selection& only = {});

@@ -90,59 +90,84 @@ void check_keys(const YamlNode& map, std::span<const std::string_view> own, Mist
   }
 }
 
-// The settings of a gate: its own, and those of the defaults that it has not.
-class Settings {
- public:
-  // `gate`: null: the defaults alone.
-  Settings(const YamlNode* defaults, const YamlNode* gate) : defaults_(defaults), gate_(gate) {
-    // `points` of the defaults is for gates that keep the defaults' strategy.
-    const bool other_strategy = gate && check::find(*gate, "strategy") && !check::find(*gate, "points");
-    for (const std::string_view key : settings()) {
-      const YamlNode* const node = find(key);
-      if (node && !(key == "points" && other_strategy)) json_[std::string(key)] = json_of(*node);
-    }
+void read_of_gates(const nlohmann::json& settings, api::Reading& reading, Entry& entry) {
+  const auto value = [&](const char* key) { return settings.value(key, nlohmann::json()); };
+  if (settings.contains("cloud")) entry.gate.cloud = reading.boolean(value("cloud"), "/cloud").value_or(false);
+  if (settings.contains("on_fail"))
+    entry.gate.warn_only = reading.name(kOnFail, value("on_fail"), "/on_fail").value_or(false);
+  if (settings.contains("unmatched_baselines"))
+    entry.unmatched_ignored =
+        reading.name(kUnmatchedBaselines, value("unmatched_baselines"), "/unmatched_baselines").value_or(false);
+}
+
+nlohmann::json settings_of(const YamlNode& map) {
+  auto json = nlohmann::json::object();
+  for (const std::string_view key : settings()) {
+    if (const YamlNode* const node = find(map, key)) json[std::string(key)] = json_of(*node);
   }
+  return json;
+}
 
-  bool has(std::string_view key) const { return json_.contains(key); }
+nlohmann::json request_of(nlohmann::json settings) {
+  for (const std::string_view key : kOfGates) settings.erase(std::string(key));
+  return settings;
+}
 
-  // Reads them all. The defaults alone need not fit each other: gates complete them.
-  void read(Entry& entry, Mistakes& mistakes) const {
-    nlohmann::json document = json_;
-    for (const std::string_view key : kOfGates) document.erase(std::string(key));
-    if (gate_) {
-      api::ReadRequest request = api::read_request(document, kManifest);
-      entry.gate.request = std::move(request.request);
-      add(request.mistakes, mistakes);
-    } else {
-      add(api::mistakes_in_part(document, kManifest), mistakes);
-    }
-    api::Reading reading(kManifest);
-    if (has("cloud")) entry.gate.cloud = reading.boolean(json_["cloud"], "/cloud").value_or(false);
-    if (has("on_fail")) entry.gate.warn_only = reading.name(kOnFail, json_["on_fail"], "/on_fail").value_or(false);
-    if (has("unmatched_baselines"))
-      entry.unmatched_ignored =
-          reading.name(kUnmatchedBaselines, json_["unmatched_baselines"], "/unmatched_baselines").value_or(false);
-    add(reading.mistakes, mistakes);
-  }
+std::string first_of(std::string_view pointer) {
+  const std::size_t end = pointer.find('/', 1);
+  return pointer.empty() ? std::string()
+                         : std::string(pointer.substr(1, end == std::string_view::npos ? end : end - 1));
+}
 
- private:
-  const YamlNode* find(std::string_view key) const {
-    const YamlNode* const own = gate_ ? check::find(*gate_, key) : nullptr;
-    return own || !defaults_ ? own : check::find(*defaults_, key);
-  }
+// The defaults: what of them can be read.
+struct Defaults {
+  const YamlNode* map = nullptr;  // null: there are none
+  nlohmann::json settings = nlohmann::json::object();
+  std::vector<std::string> given{};  // the keys, also of what cannot be read
 
-  void add(const std::vector<api::RequestMistake>& found, Mistakes& mistakes) const {
-    for (const api::RequestMistake& one : found) {
-      const std::string key = one.pointer.substr(1, one.pointer.find('/', 1) - 1);
-      const YamlNode* const tree = gate_ && check::find(*gate_, key) ? gate_ : defaults_;
-      mistakes.add(place_of(tree ? *tree : *gate_, one.pointer, one.of_key), one.message);
-    }
-  }
-
-  const YamlNode* defaults_;
-  const YamlNode* gate_;
-  nlohmann::json json_ = nlohmann::json::object();
+  bool has(std::string_view key) const { return std::find(given.begin(), given.end(), key) != given.end(); }
 };
+
+Defaults read_defaults(const YamlNode* node, Mistakes& mistakes) {
+  Defaults defaults;
+  if (!node) return defaults;
+  if (node->kind != Kind::map) {
+    mistakes.add(node->place, "defaults must be a map of settings, not " + shown(*node));
+    return defaults;
+  }
+  check_keys(*node, {}, mistakes);
+  defaults.map = node;
+  defaults.settings = settings_of(*node);
+  for (const auto& [key, value] : defaults.settings.items()) defaults.given.push_back(key);
+  api::Reading reading(kManifest);
+  Entry nothing;
+  read_of_gates(defaults.settings, reading, nothing);
+  auto found = api::mistakes_in_part(request_of(defaults.settings), kManifest);
+  for (const api::RequestMistake& one : reading.told()) found.push_back(one);
+  for (const api::RequestMistake& one : found) {
+    mistakes.add(place_of(*node, one.pointer, one.of_key), one.message);
+    defaults.settings.erase(first_of(one.pointer));  // it is told once, and left out of the gates
+  }
+  return defaults;
+}
+
+// Reads the settings of a gate: its own, and those of the defaults that it has not.
+void read_settings(const YamlNode& gate, const Defaults& defaults, Entry& entry, Mistakes& mistakes) {
+  const nlohmann::json own = settings_of(gate);
+  nlohmann::json all = defaults.settings;
+  // `points` of the defaults is for gates of that strategy.
+  if (own.contains("strategy") && own["strategy"] != "n_point") all.erase("points");
+  all.update(own);
+  api::Reading reading(kManifest);
+  read_of_gates(all, reading, entry);
+  api::ReadRequest read = api::read_request(request_of(all), kManifest);
+  entry.gate.request = std::move(read.request);
+  for (const api::RequestMistake& one : reading.told()) read.mistakes.push_back(one);
+  for (const api::RequestMistake& one : read.mistakes) {
+    const bool is_own = own.contains(first_of(one.pointer)) || !defaults.map;
+    mistakes.add(place_of(is_own ? gate : *defaults.map, one.pointer, one.of_key), one.message);
+  }
+}
 
 // Returns an empty text if the node is not a usable text.
 Written read_text(std::string_view key, const YamlNode& node, std::size_t max_bytes, Mistakes& mistakes) {
@@ -187,13 +212,12 @@ std::string subject(const Entry& entry) {
   return entry.name.text.empty() ? "the gate" : "gate " + api::shown_text(entry.name.text);
 }
 
-Entry read_entry(const YamlNode& node, const YamlNode* defaults, Mistakes& mistakes) {
+Entry read_entry(const YamlNode& node, const Defaults& defaults, Mistakes& mistakes) {
   check_keys(node, kOwn, mistakes);
-  const Settings given(defaults, &node);
   Entry entry;
   entry.place = node.place;
   entry.gate.line = node.place.line;
-  given.read(entry, mistakes);
+  read_settings(node, defaults, entry, mistakes);
   const auto text = [&](const char* key, std::size_t max_bytes) {
     const YamlNode* value = find(node, key);
     return value ? read_text(key, *value, max_bytes, mistakes) : Written{};
@@ -209,7 +233,9 @@ Entry read_entry(const YamlNode& node, const YamlNode* defaults, Mistakes& mista
       mistakes.add(node.place,
                    subject(entry) + " has no " + std::string(key) + ": add '" + std::string(key) + ": ...'");
   }
-  const auto is_there = [&](std::string_view limit) { return given.has(limit) || is_misnamed(node, limit); };
+  const auto is_there = [&](std::string_view limit) {
+    return find(node, limit) || defaults.has(limit) || is_misnamed(node, limit);
+  };
   if (std::none_of(std::begin(kLimits), std::end(kLimits), is_there)) {
     mistakes.add(node.place, subject(entry) +
                                  " has no max_distance: give one here or under 'defaults', as 0.05 mm or 0.5 %; or "
@@ -218,20 +244,7 @@ Entry read_entry(const YamlNode& node, const YamlNode* defaults, Mistakes& mista
   return entry;
 }
 
-// Returns the map of the defaults; null: there is none.
-const YamlNode* read_defaults(const YamlNode* node, Mistakes& mistakes) {
-  if (!node) return nullptr;
-  if (node->kind != Kind::map) {
-    mistakes.add(node->place, "defaults must be a map of settings, not " + shown(*node));
-    return nullptr;
-  }
-  check_keys(*node, {}, mistakes);
-  Entry nothing;
-  Settings(node, nullptr).read(nothing, mistakes);
-  return node;
-}
-
-std::vector<Entry> read_gates(const YamlNode& list, const YamlNode* defaults, Mistakes& mistakes) {
+std::vector<Entry> read_gates(const YamlNode& list, const Defaults& defaults, Mistakes& mistakes) {
   std::vector<Entry> entries;
   if (list.kind != Kind::list || list.items.empty()) {
     const bool none = list.kind == Kind::list || list.kind == Kind::none;
@@ -269,7 +282,7 @@ std::vector<Entry> read_manifest(std::string_view text, Mistakes& mistakes) {
     if (!holds(kTop, key.text)) mistakes.add(key.place, unknown_key(key.text, kTop));
   }
   check_version(find(*root, "version"), mistakes);
-  const YamlNode* const defaults = read_defaults(find(*root, "defaults"), mistakes);
+  const Defaults defaults = read_defaults(find(*root, "defaults"), mistakes);
   const YamlNode* gates = find(*root, "gates");
   if (!gates) mistakes.add({1, 1}, "gates is missing: list what to check, each with '- name: ...'");
   return gates ? read_gates(*gates, defaults, mistakes) : std::vector<Entry>{};

@@ -1,6 +1,7 @@
 #include "check/manifest/mistake.h"
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -9,12 +10,11 @@ namespace meshgauge::check {
 void Mistakes::add(Place place, std::string message) { all_.push_back({place.line, place.column, std::move(message)}); }
 
 std::vector<Mistake> Mistakes::sorted() && {
-  const auto key = [](const Mistake& m) { return std::tie(m.line, m.column, m.message); };
+  std::set<std::tuple<int, int, std::string>> told;
+  std::erase_if(all_, [&](const Mistake& m) { return !told.emplace(m.line, m.column, m.message).second; });
   const auto same_place = [](const Mistake& m) { return std::tie(m.line, m.column); };
   std::stable_sort(all_.begin(), all_.end(),
                    [&](const Mistake& x, const Mistake& y) { return same_place(x) < same_place(y); });
-  const auto same = [&](const Mistake& x, const Mistake& y) { return key(x) == key(y); };
-  all_.erase(std::unique(all_.begin(), all_.end(), same), all_.end());
   if (all_.size() > kMost) {
     const std::string rest = "and " + std::to_string(all_.size() - kMost) + " more mistakes";
     all_.resize(kMost);

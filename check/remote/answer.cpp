@@ -176,6 +176,9 @@ std::optional<Problem> problem_from(const Json& json) {
   if (errors == json.end() || !errors->is_array() || errors->empty() || !errors->front().is_object()) return problem;
   problem.part = one_line(text(errors->front(), "part"), 64);
   problem.where = one_line(text(errors->front(), "where"), 64);
+  for (std::size_t i = 1; i < std::min<std::size_t>(errors->size(), 8); ++i) {
+    if (errors->at(i).is_object()) problem.detail += "; " + one_line(text(errors->at(i), "message"));
+  }
   return problem;
 }
 

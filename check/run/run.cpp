@@ -1,5 +1,4 @@
 #include "check/run/run.h"
-#include "engine/hausdorff.h"
 
 #include <algorithm>
 #include <atomic>
@@ -15,6 +14,9 @@
 #include <thread>
 #include <tuple>
 #include <utility>
+
+#include "api/refused.h"
+#include "engine/hausdorff.h"
 
 namespace meshgauge::check {
 namespace {
@@ -37,6 +39,11 @@ Result<Measured> measure(Measurer& measurer, const Gate& gate, Control& control)
   return Error{ErrorCode::internal, std::string("the measurement failed unexpectedly: ") + error.what(), "", ""};
 }
 
+Result<Measured> refused_by(const Mistake& defect) {
+  return refused(defect.message, "",
+                 "line " + std::to_string(defect.line) + ", column " + std::to_string(defect.column));
+}
+
 GateOutcome outcome_of(const Gate& gate, Result<Measured>&& result, Control& stopped) {
   GateOutcome outcome;
   outcome.gate = gate;
@@ -48,8 +55,8 @@ GateOutcome outcome_of(const Gate& gate, Result<Measured>&& result, Control& sto
     outcome.measured = std::move(*result);
     static const nlohmann::ordered_json kNone;
     const auto meshes = outcome.measured->document.find("meshes");
-    outcome.expectations =
-        examined(gate.request.options.expect, meshes == outcome.measured->document.end() ? kNone : *meshes, outcome.unit());
+    outcome.expectations = examined(gate.request.options.expect,
+                                    meshes == outcome.measured->document.end() ? kNone : *meshes, outcome.unit());
     return outcome;
   }
   outcome.interrupted = result.error().code == ErrorCode::out_of_time;
@@ -129,7 +136,7 @@ class Run {
 
   void measure_one(Job& job) {
     const Gate& gate = gates_[job.gate];
-    conclude(job, outcome_of(job, measure(measurer_, gate, job.control)));
+    conclude(job, outcome_of(job, gate.defect ? refused_by(*gate.defect) : measure(measurer_, gate, job.control)));
   }
 
   // An exception becomes the Error of each gate without a result.
@@ -137,12 +144,15 @@ class Run {
     std::vector<Task> tasks;
     tasks.reserve(jobs.size());
     for (Job* job : jobs) {
-      tasks.push_back({&gates_[job->gate], &job->control,
-                       [this, job](Result<Measured>&& result, auto ms) { end(*job, std::move(result), ms); }});
+      const auto& defect = gates_[job->gate].defect;
+      if (defect) end(*job, refused_by(*defect));
+      if (!defect)
+        tasks.push_back({&gates_[job->gate], &job->control,
+                         [this, job](Result<Measured>&& result, auto ms) { end(*job, std::move(result), ms); }});
     }
     std::string why = "it was left out";
     try {
-      measurer_.measure_together(tasks);
+      if (!tasks.empty()) measurer_.measure_together(tasks);
     } catch (const std::exception& error) {
       why = error.what();
     }

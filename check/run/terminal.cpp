@@ -48,6 +48,18 @@ std::string cut_to(const std::string& text, std::size_t width) {
   return text.substr(0, end) + "~";
 }
 
+// "a-long-~me.stl". Precondition: width >= 3.
+std::string shortened(const std::string& text, std::size_t width) {
+  const std::size_t has = width_of(text);
+  if (has <= width) return text;
+  std::size_t begin = 0, skipped = 0;
+  const std::size_t head = width / 2, tail = width - head - 1;
+  for (; begin < text.size(); ++begin) {
+    if ((static_cast<unsigned char>(text[begin]) & 0xC0) != 0x80 && skipped++ == has - tail) break;
+  }
+  return cut_to(text, head + 1).substr(0, cut_to(text, head + 1).size() - 1) + "~" + text.substr(begin);
+}
+
 std::string time_text(double ms) {
   char buffer[40];
   std::snprintf(buffer, sizeof buffer, ms < 10'000 ? "%.2f s" : "%.0f s", ms / 1000);
@@ -65,18 +77,24 @@ struct Line {
   std::string verdict, name, interval, limit, time, advice;
   std::vector<std::string> notes;
   std::vector<std::string> criteria;
-  std::string unmet;
   const char* colour;
 };
 
-// "fail  distance in bore: 0.0201 .. 0.0203 mm, at most 0.02 mm"; none for a gate of one limit, whose row says it.
+// "fail       distance in bore: 0.0201 .. 0.0203 mm, at most 0.02 mm", none for a gate of one limit, whose row says it;
+// and each expectation that is not met.
 std::vector<std::string> criterion_lines(const GateOutcome& outcome) {
   std::vector<std::string> lines;
+  const auto add = [&](api::Verdict verdict, const std::string& what) {
+    lines.push_back(padded(std::string(to_string(verdict)), std::string_view("undecided").size()) + "  " + what);
+  };
   const auto all = criteria_in_words(outcome);
-  if (all.size() < 2) return lines;
-  for (const CriterionWords& one : all)
-    lines.push_back(padded(std::string(to_string(one.criterion.verdict)), std::string_view("undecided").size()) + "  " +
-                    one.name + ": " + one.interval + ", at most " + one.limit);
+  for (const CriterionWords& one : all) {
+    if (all.size() > 1) add(one.criterion.verdict, one.name + ": " + one.interval + ", at most " + one.limit);
+  }
+  for (const Expectation& one : outcome.expectations) {
+    if (one.verdict != api::Verdict::pass)
+      add(one.verdict, one.name + ": " + shown_name(one.found) + ", expected " + shown_name(one.expected));
+  }
   return lines;
 }
 
@@ -89,7 +107,6 @@ Line shown_line(const GateOutcome& outcome, Undecided rule) {
           outcome.advice().empty() ? "" : shown_name(outcome.advice()),
           notes_of(outcome),
           criterion_lines(outcome),
-          unmet_of(outcome),
           colour_of(outcome.verdict(), outcome.level(rule))};
 }
 
@@ -107,10 +124,11 @@ std::string count_text(const Report& report) {
 
 std::string line_of(const Line& row, const Line& widest, bool colour) {
   std::string line = coloured(padded(row.verdict, widest.verdict.size()), row.colour, colour) + "  " +
-                     padded(row.name, width_of(widest.name)) + "  " + padded(row.interval, widest.interval.size()) +
-                     "  " + padded(row.limit, width_of(widest.limit)) + "  " + row.time + "\n";
+                     padded(row.name, width_of(widest.name)) + "  " + padded(row.interval, widest.interval.size());
+  if (!widest.limit.empty()) line += "  " + padded(row.limit, width_of(widest.limit));
+  line += "  " + row.time + "\n";
+  if (widest.limit.empty()) line += "    " + row.limit + "\n";
   for (const std::string& criterion : row.criteria) line += "    " + criterion + "\n";
-  if (!row.unmet.empty()) line += "    " + row.unmet + "\n";
   if (!row.advice.empty()) line += "    " + row.advice + "\n";
   for (const std::string& note : row.notes) line += "    note: " + note + "\n";
   return line;
@@ -125,6 +143,20 @@ Line widths(const std::vector<Line>& rows) {
     }
   }
   return widest;
+}
+
+// Makes the first lines of all rows as narrow as the terminal, as far as a name can still be told from another.
+void fit(std::vector<Line>& rows, Line& widest, std::size_t columns) {
+  constexpr std::size_t kLeastName = 24, kTime = 8;
+  const auto room = [&] {
+    const std::size_t others = widest.verdict.size() + width_of(widest.interval) + width_of(widest.limit) + kTime + 8;
+    return columns > others ? columns - others : 0;
+  };
+  const std::size_t wanted = std::min(width_of(widest.name), kLeastName);
+  if (room() < wanted) widest.limit.clear();
+  const std::size_t width = std::max(room(), wanted);
+  for (Line& row : rows) row.name = shortened(row.name, width);
+  widest.name = shortened(widest.name, width);
 }
 
 std::string bar(const Standing& standing) {
@@ -151,7 +183,8 @@ std::string to_table(const Report& report, const TableStyle& style) {
     rows.push_back(shown_line(outcome, report.undecided));
   }
   if (rows.empty() && style.only_not_ok) return "";
-  const Line widest = widths(rows);
+  Line widest = widths(rows);
+  if (style.columns > 0) fit(rows, widest, style.columns);
   std::string table;
   for (const Line& row : rows) table += line_of(row, widest, style.colour);
   return table + count_text(report);

@@ -12,10 +12,13 @@ namespace meshgauge::check {
 struct TableStyle {
   bool colour = false;
   bool only_not_ok = false;  // leave out gates that pass and were measured whole, and the counts if all do
+  unsigned columns = 0;      // width of the terminal; 0: not a terminal
 };
 
-// Returns a line for each gate (verdict, name, interval against limit, time), below it where a failed gate failed and
-// what to do, and at the end the counts. Empty if `only_not_ok` leaves nothing.
+// Returns a line for each gate (verdict, name, interval against limit, time), below it each of several limits, what is
+// expected and not met, where a failed gate failed and what to do, and at the end the counts. On a terminal the first
+// lines are no wider than it: names are shortened in the middle, and where that is not enough the limits stand below.
+// Empty if `only_not_ok` leaves nothing.
 std::string to_table(const Report& report, const TableStyle& style);
 
 // On a terminal: a bar and the running gates, drawn in place. Elsewhere: a line for each gate that ends. For one

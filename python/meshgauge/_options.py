@@ -38,7 +38,7 @@ def plain(value: Any, name: str) -> Any:
 
 
 def _units(units: Units) -> Any:
-    if isinstance(units, (str, Mapping)):
+    if isinstance(units, (str, Mapping)) or not isinstance(units, Sequence):
         return units
     pair = tuple(units)
     if len(pair) != 2:

@@ -56,4 +56,5 @@ def input_error(problem: dict[str, Any]) -> Optional[Exception]:
     if kind not in INPUT_KINDS:
         return None
     items = problem.get("errors") or [{}]
-    return InputError(detail, kind, str(items[0].get("where", "")))
+    more = [str(item["message"]) for item in items[1:] if item.get("message")]  # all mistakes of the options at once
+    return InputError("; ".join([detail, *more]), kind, str(items[0].get("where", "")))

@@ -132,7 +132,9 @@ class _Report:
         given.setdefault("units", _meshes.units_of(actual, expected))
         sent = _options.document(max_distance=self._max_distance, **given)
         units = sent.pop("units", {})
-        flags = [f"--unit={units}"] if isinstance(units, str) else [f"--unit-{name}={unit}" for name, unit in units.items()]
+        sides = {"candidate": "a", "baseline": "b"}
+        flags = ([f"--unit={units}"] if isinstance(units, str)
+                 else [f"--unit-{sides.get(name, name)}={unit}" for name, unit in units.items()])
         flags += ["--cloud"] if self._options["cloud"] else []
         flags += [f"--timeout={timeout} s"] if (timeout := self._options.get("timeout", 30.0)) else []
         return flags + [f"--{name.replace('_', '-')}={value if isinstance(value, str) else json.dumps(_in_percent(value))}"

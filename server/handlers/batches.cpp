@@ -181,10 +181,18 @@ void Batches::remove(Exchange& exchange) {
     exchange.response.status = 204;
     return;
   }
+  end(exchange, key);
+}
+
+void Batches::cancel(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  end(exchange, key_of(exchange));
+}
+
+void Batches::end(Exchange& exchange, const store::JobKey& key) {
   const auto now = stores_.jobs.time();
   const auto cancelled = batches_.cancel_batch(key, {now, now + kept_});
   if (!cancelled) return answer(exchange, api::to_problem(cancelled.error()));
-  if (!*cancelled) return answer(exchange, not_found("batch"));
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }
 

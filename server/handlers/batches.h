@@ -38,6 +38,7 @@ class Batches {
   // Each may throw: out of memory. `draining`: refuse new batches.
   void create(Exchange& exchange, bool draining);
   void get(Exchange& exchange);
+  void cancel(Exchange& exchange);
   void remove(Exchange& exchange);
   void events(Exchange& exchange);
   void results(Exchange& exchange);
@@ -45,6 +46,7 @@ class Batches {
 
  private:
   Result<bool> is_known(const std::string& owner, const std::string& idempotency_key);
+  void end(Exchange& exchange, const store::JobKey& key);  // cancels what has not ended
   std::optional<api::Problem> admit(const std::string& owner);
   void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
   api::Problem problem_of_removed_mesh(const std::string& owner, const api::BatchRequest& request);

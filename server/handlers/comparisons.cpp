@@ -337,6 +337,13 @@ void Comparisons::remove(Exchange& exchange) {
   exchange.response.status = 204;
 }
 
+void Comparisons::cancel(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto ended = jobs_.cancel(job_key_of(exchange));
+  if (!ended) return answer(exchange, api::to_problem(ended.error()));
+  get(exchange);
+}
+
 void Comparisons::events(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto key = job_key_of(exchange);

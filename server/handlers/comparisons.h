@@ -27,6 +27,7 @@ class Comparisons {
   // Each may throw: out of memory.
   void create(Exchange& exchange);
   void get(Exchange& exchange);
+  void cancel(Exchange& exchange);
   void remove(Exchange& exchange);
   void events(Exchange& exchange);
   // Answers a POST that finds no place, from its head alone. Never blocks.

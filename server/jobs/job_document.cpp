@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/problem.h"
+#include "api/request.h"
 #include "api/utc.h"
 #include "server/web/pages.h"
 
@@ -35,9 +36,9 @@ std::optional<std::size_t> triangles_of(const nlohmann::json& document, const ch
 }  // namespace
 
 Json gate_of(const store::Job& row) {
-  const Json options = Json::parse(row.options, nullptr, false);
-  if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
-  const Json& gate = options["gate"];
+  const auto request = api::parse_options(row.options);
+  if (!request || !has_limit(request->options)) return nullptr;
+  const Json gate = api::json_of(*request).at("gate");
   Json json{{"max_distance", gate.value("max_distance", Json(nullptr))}};
   for (const char* name : {"max_share_beyond", "zone", "uncertainty"}) {
     if (gate.contains(name)) json[name] = gate[name];

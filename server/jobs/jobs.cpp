@@ -182,6 +182,15 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
   return *cancelled ? Deleted::asked_to_end : Deleted::unknown;
 }
 
+Result<Done> Jobs::cancel(const store::JobKey& key) {
+  const auto job = get(key);
+  if (!job) return job.error();
+  if (!*job || store::has_ended((*job)->row.state)) return Done{};
+  const auto cancelled = cancel((*job)->row);
+  if (!cancelled) return cancelled.error();
+  return Done{};
+}
+
 // false: the job no longer exists.
 Result<bool> Jobs::cancel(const store::Job& row) {
   const auto job = watcher_.watch(row);

@@ -81,6 +81,9 @@ class Jobs {
   Result<std::optional<JobView>> get(const store::JobKey& key);
   // Returns the job of a view from get(), to wait for it. Null: it has ended, or this process stops.
   std::shared_ptr<LiveJob> watch(const JobView& job);
+  // Requests the cancel of a job, and blocks up to a second for its end. Nothing happens to one that has ended, or that
+  // there is not.
+  Result<Done> cancel(const store::JobKey& key);
   // Requests the cancel of a job that has not ended, and blocks up to a second for its end; removes an ended one.
   enum class Deleted { unknown, asked_to_end, forgotten };
   Result<Deleted> remove(const store::JobKey& key);

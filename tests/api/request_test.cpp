@@ -90,7 +90,7 @@ TEST_CASE("request: wrong types are named by their place") {
   CHECK(refusal(R"([])").message.find("must be an object, not an array") != std::string::npos);
   CHECK(refusal(R"("x")").message.find("must be an object") != std::string::npos);
   CHECK(refusal(R"({"direction": 1})").where == "/direction");
-  CHECK(refusal(R"({"direction": "up"})").message.find("symmetric, a_to_b, b_to_a") != std::string::npos);
+  CHECK(refusal(R"({"direction": "up"})").message.find("a_to_b, b_to_a, not 'up'") != std::string::npos);
   CHECK(refusal(R"({"strategy": null})").where == "/strategy");
   CHECK(refusal(R"({"tolerance": 0.1})").where == "/tolerance");
   CHECK(refusal(R"({"tolerance": {}})").where == "/tolerance");
@@ -99,7 +99,7 @@ TEST_CASE("request: wrong types are named by their place") {
   CHECK(refusal(R"({"gate": {"max_distance": 1, "units": 5}})").where == "/gate/units");
   CHECK(refusal(R"({"gate": {"max_distance": 1, "units": "parsec"}})").message ==
         "/gate/units must be a unit of length (um, mm, cm, m, in, ft), not 'parsec'");
-  CHECK(refusal(R"({"units": "mm"})").where == "/units");
+  CHECK(refusal(R"({"units": 5})").where == "/units");
   CHECK(refusal(R"({"units": {"a": "", "b": "mm"}})").where == "/units/a");
   CHECK(refusal(R"({"units": {"c": "mm"}})").where == "/units/c");
   CHECK(refusal(R"({"timeout_ms": 1.5})").where == "/timeout_ms");
@@ -188,7 +188,7 @@ TEST_CASE("request: a limit of the area") {
   CHECK(refusal(R"({"gate": {}})").message == "/gate needs max_distance, max_share_beyond or zone");
   CHECK(refusal(R"({"gate": {"units": "mm"}})").where == "/gate");
   CHECK(refusal(R"({"gate": {"max_share_beyond": 1}})").where == "/gate/max_share_beyond");
-  CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1}}})").message.find("needs distance and share") !=
+  CHECK(refusal(R"({"gate": {"max_share_beyond": {"distance": 1}}})").message.find("has no share") !=
         std::string::npos);
   for (const char* share : {"1.2", "-0.1", "120", "\"0.01\"", "null"}) {
     CAPTURE(share);
@@ -254,7 +254,7 @@ TEST_CASE("request: depth and size are bounded") {
 
 TEST_CASE("request: a long or unprintable key is quoted shortened, on one line") {
   const Error error = refusal("{\"" + std::string(1000, 'k') + "\\n\": 1}");
-  CHECK(error.message.size() < 300);
+  CHECK(error.message.size() < 400);
   CHECK(refusal(R"({"a\nb": 1})").message.find('\n') == std::string::npos);
 }
 
@@ -278,9 +278,6 @@ TEST_CASE("request: ranges refuse what is not a number") {
   CHECK(!api::in_range(std::numeric_limits<double>::infinity(), api::kToleranceRange, "--absolute").ok());
   CHECK(!api::in_range(1.5, api::kThreadsRange, "--threads").ok());
   CHECK(api::in_range(64, api::kThreadsRange, "--threads").value() == 64);
-  CHECK(!api::as_points(std::nan(""), "--points").ok());
-  CHECK(!api::as_points(1e300, "--points").ok());
-  CHECK(api::as_points(1585, "--points").value() == 1585);
 }
 
 TEST_CASE("request: regions have a shape, a name of their own and perhaps a limit") {

@@ -269,6 +269,7 @@ class Refused(ServerCase):
             self.refused(self.server.get(place), 404, "not-found")
             self.refused(self.server.get(place + "?x=1"), 400, "malformed-request")
         self.refused(self.server.send("DELETE", path), 404, "not-found")
+        self.refused(self.server.send("POST", path + "/cancel"), 404, "not-found")
         self.refused(self.server.send("DELETE", path + "?x=1"), 400, "malformed-request")
         self.refused(self.server.send("POST", PATH + "?x=1"), 400, "malformed-request")
 
@@ -295,7 +296,7 @@ class Running(unittest.TestCase):
         other = accepted(submit(server, shared))
         until(lambda: server.get(path).json()["counts"]["running"])
         self.assertEqual(server.get(path + "/junit.xml").status, 409)
-        answer = server.send("DELETE", path)
+        answer = server.send("POST", path + "/cancel")
         self.assertEqual(answer.status, 200)
         until(lambda: server.get(path).json()["counts"]["cancelled"] == 2)  # the third is the other one's as well
         self.assertEqual(server.send("DELETE", other).status, 200)

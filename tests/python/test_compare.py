@@ -230,7 +230,7 @@ class Results(unittest.TestCase):
             with self.subTest(zero):  # needs no unit
                 self.assertEqual(meshgauge.compare(SQUARE, RAISED, "3 mm", **zero).verdict, "fail" if "regions" in zero else "pass")
         with self.assertRaisesRegex(meshgauge.InputError, "both in the same"):
-            meshgauge.compare(SQUARE, RAISED, 0, uncertainty="1 mm")
+            meshgauge.compare(SQUARE, RAISED, 2, uncertainty="1 mm")
 
     def test_regions(self):
         left = {"name": "left", "box": {"min": numpy.array([-9, -9, -9]), "max": (0.5, 9, 9)}, "max_distance": "1.5 mm"}

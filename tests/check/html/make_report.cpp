@@ -13,6 +13,7 @@
 #include "check/html/html.h"
 #include "check/run/local.h"
 #include "check/run/run.h"
+#include "check/criteria.h"
 #include "shapes.h"
 
 namespace {

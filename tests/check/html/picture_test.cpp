@@ -8,6 +8,7 @@
 #include "check/run/local.h"
 #include "check/run/run.h"
 #include "folder.h"
+#include "check/criteria.h"
 #include "shapes.h"
 
 using namespace meshgauge;

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include "api/align.h"
+#include "check/criteria.h"
 
 using namespace meshgauge;
 using namespace meshgauge::check;

@@ -62,13 +62,13 @@ Expectations within(double share) {
   return expect;
 }
 
-Expectations volume(const Span& span) {
+Expectations volume(const api::Span& span) {
   Expectations expect;
   expect.volume = span;
   return expect;
 }
 
-Expectations triangles(const Span& span) {
+Expectations triangles(const api::Span& span) {
   Expectations expect;
   expect.triangles = span;
   return expect;

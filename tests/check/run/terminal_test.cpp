@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "check/run/gates.h"
 
@@ -65,6 +66,23 @@ TEST_CASE("the table: columns below each other, advice below its gate, counts at
         "ERROR           none.stl  -                at most 1        0.00 s\n"
         "    'none.stl' cannot be read. Check its path, its permissions and the step that writes it.\n"
         "5 gates: 1 pass, 2 fail, 1 undecided, 1 error\n");
+}
+
+TEST_CASE("on a terminal no first line is wider than it, and names keep both ends") {
+  Report report = mixed();
+  report.outcomes[0].gate.name = "a-very-long-name-of-a-bracket-that-no-terminal-has-room-for-and-ends-in-left";
+  report.outcomes[1].gate.name = "a-very-long-name-of-a-bracket-that-no-terminal-has-room-for-and-ends-in-right";
+  for (const unsigned columns : {100U, 80U, 60U}) {
+    const std::string table = to_table(report, {false, false, columns});
+    CAPTURE(table);
+    CHECK(table.find("left  ") != std::string::npos);
+    CHECK(table.find("right  ") != std::string::npos);
+    CHECK(table.find("at most 0.05 mm") != std::string::npos);
+    for (std::size_t from = 0, to; (to = table.find('\n', from)) != std::string::npos; from = to + 1) {
+      const std::string_view line(table.data() + from, to - from);
+      if (!line.starts_with("    ")) CHECK(line.size() <= columns + 1);  // one letter has two bytes
+    }
+  }
 }
 
 TEST_CASE("colour adds nothing but colours") {
