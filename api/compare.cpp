@@ -45,9 +45,16 @@ Error no_distance_to(const NamedMesh& cloud, const NamedMesh& other, const std::
                    " points, and distances are measured from it, not to it; " + advice);
 }
 
-Result<Done> check_clouds(const NamedMesh& a, const NamedMesh& b, Direction direction) {
+Error no_area_of(const NamedMesh& cloud) {
+  return about(cloud.name, ErrorCode::empty_mesh,
+               "is a point cloud, which has no area: max_share_beyond cannot be measured; limit max_distance");
+}
+
+Result<Done> check_clouds(const NamedMesh& a, const NamedMesh& b, const ComparisonOptions& options) {
+  const Direction direction = options.direction;
   if (a.is_cloud() && direction != Direction::a_to_b) return no_distance_to(a, b, "a_to_b");
   if (b.is_cloud() && direction != Direction::b_to_a) return no_distance_to(b, a, "b_to_a");
+  if (options.max_share_beyond && (a.is_cloud() || b.is_cloud())) return no_area_of(a.is_cloud() ? a : b);
   return Done{};
 }
 
@@ -156,7 +163,7 @@ std::optional<Topology> topology_in(const KnownUnit& result, const PreparedMesh&
 Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const ComparisonOptions& options, Control& control,
                             const StageTimes& so_far) {
   const auto start = Control::Clock::now();
-  if (auto ok = check_clouds(a, b, options.direction); !ok) return std::move(ok).error();
+  if (auto ok = check_clouds(a, b, options); !ok) return std::move(ok).error();
   Comparison comparison;
   comparison.id = random_id();
   comparison.options = options;

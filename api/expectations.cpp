@@ -104,7 +104,7 @@ class Examination {
     const std::string unit = cubic();
     if (expect.volume) {
       const std::string expected = in_figures(*expect.volume, unit);
-      if (known("volume", "a", expected)) add("volume", verdict_in(*a, *expect.volume), in_figures(*a, unit), expected);
+      if (known("volume", "a", expected)) add("volume", verdict_in(*a, *expect.volume), volume_in_words(*a), expected);
     }
     if (!expect.volume_within) return;
     std::string expected = "within " + to_digits(100 * *expect.volume_within, kFoundDigits) + " % of the baseline's ";
@@ -112,7 +112,7 @@ class Examination {
       if (!known("volume.within", mesh, expected + "volume")) return;
     }
     expected += in_figures(*b, unit);
-    add("volume.within", is_within(*a, *b, *expect.volume_within), in_figures(*a, unit), expected);
+    add("volume.within", is_within(*a, *b, *expect.volume_within), volume_in_words(*a), expected);
   }
 
   // "4 open edges, the first at (0.5, 0, 1) mm"; empty without such an edge.
@@ -150,6 +150,10 @@ class Examination {
             (watertight.get<bool>() ? "oriented" : "watertight"),
         expected);
     return false;
+  }
+
+  std::string volume_in_words(const Found& volume) const {
+    return in_figures(volume, cubic()) + (volume.upper < 0 ? ": its triangles face inwards" : "");
   }
 
   std::string cubic() const { return unit_.empty() ? "" : unit_ + "^3"; }

@@ -97,6 +97,8 @@ void add_open(std::vector<std::string>& notes, const std::string& mesh, const Kn
                   " is less than ten times that: the verdict may depend on how such a face is split");
 }
 
+constexpr double kPoorFit = 0.02;  // RMS distance, of mesh a's diagonal
+
 void add_alignment(std::vector<std::string>& notes, const Comparison& comparison) {
   if (!comparison.alignment) return;
   const auto& [found, moved] = *comparison.alignment;
@@ -112,6 +114,10 @@ void add_alignment(std::vector<std::string>& notes, const Comparison& comparison
                   " degrees, its centre shifted by " + length(moved.shift) + ", no point farther than " +
                   length(moved.largest) + "; RMS distance " + length(found.before) + " before, " +
                   length(found.residual) + " after");
+  if (fitted && !comparison.options.align->principal_axes && found.residual > kPoorFit * comparison.outcome.diagonal_a)
+    notes.push_back(
+        "the best fit is a poor one: where the poses differ much, principal_axes finds a better one; where a part "
+        "of mesh a has no counterpart, an overlap below 1 does");
   if (!found.converged)
     notes.push_back("the best fit ended after " + std::to_string(found.steps) +
                     " steps without converging: give a nearer pose as transform, or another overlap");

@@ -92,8 +92,7 @@ Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b,
 }
 
 Error bare_limit(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
-  return conflict("the limit has no unit, " + described(plan, a, b) +
-                      ": write the limit with its unit, as '0.05 mm'",
+  return conflict("the limit has no unit, " + described(plan, a, b) + ": write the limit with its unit, as '0.05 mm'",
                   "options", "/gate/units");
 }
 

@@ -141,6 +141,13 @@ bool bounded(const GateOutcome& outcome) {
          std::ranges::all_of(outcome.expectations, &Expectation::known);
 }
 
+Error no_faces(const Gate& gate, const std::string& has) {
+  const std::string how = gate.manifest.empty() ? "--cloud" : "'cloud: true' in the manifest";
+  return with_files({ErrorCode::empty_mesh,
+                     "'a' has " + has + " and no faces; if it is a point cloud, declare it by " + how, "a", ""},
+                    gate);
+}
+
 bool is_cloud(const Json& document, const std::string& mesh) {
   const Json::json_pointer triangles("/meshes/" + mesh + "/triangles");
   return document.contains(triangles) && document.at(triangles) == 0;
@@ -234,11 +241,12 @@ std::optional<Error> undeclared_cloud(const Gate& gate, const Json& document) {
   const Json& candidate = document.at("meshes").at("a");
   if (candidate.value("format", Json()) == std::string(api::to_string(api::Format::xyz))) return std::nullopt;
   const Json points = candidate.value("vertices", Json());
-  const std::string count = points.is_number_integer() ? points.dump() + " points" : "points";
-  const std::string how = gate.manifest.empty() ? "--cloud" : "'cloud: true' in the manifest";
-  return with_files({ErrorCode::empty_mesh,
-                     "'a' has " + count + " and no faces; if it is a point cloud, declare it by " + how, "a", ""},
-                    gate);
+  return no_faces(gate, points.is_number_integer() ? points.dump() + " points" : "points");
+}
+
+std::optional<Error> undeclared_cloud(const Gate& gate, const api::MeshFacts& candidate) {
+  if (gate.cloud || candidate.triangles > 0 || candidate.format == api::Format::xyz) return std::nullopt;
+  return no_faces(gate, std::to_string(candidate.vertices) + " points");
 }
 
 Verdict GateOutcome::verdict() const {

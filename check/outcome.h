@@ -14,6 +14,7 @@
 
 #include "api/criteria.h"
 #include "api/gate.h"
+#include "api/prepared_mesh.h"
 #include "api/result_document.h"
 #include "check/gate.h"
 #include "engine/result.h"
@@ -80,6 +81,8 @@ Result<Measured> measured_from(nlohmann::ordered_json document, const Gate& gate
 // Returns why the result does not count; nullopt: it does. A mesh file that was cut before its faces looks like a point
 // cloud, so a candidate without triangles must be declared by Gate::cloud, unless its format holds clouds alone.
 std::optional<Error> undeclared_cloud(const Gate& gate, const nlohmann::ordered_json& document);
+// The same, before anything is measured. `candidate`: its facts.
+std::optional<Error> undeclared_cloud(const Gate& gate, const api::MeshFacts& candidate);
 
 api::ResultFacts facts_of(const Measured& measured);
 

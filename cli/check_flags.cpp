@@ -52,10 +52,9 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (auto ok = check_pipes(flags.files[0], flags.files[1]); !ok) return ok.error();
   if (check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
-  if (flags.update_baselines) return gate;  // a limit is not needed
   auto request = flags.options.request();
   if (!request) return request.error();
-  if (!has_limit(request->options))
+  if (!has_limit(request->options) && flags.update.empty())
     return bad_flag("--max-distance",
                     "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond or --zone");
   gate.request = *std::move(request);
@@ -107,7 +106,7 @@ Asked mistaken(const Error& error) {
 
 Asked gates_of_manifest(const CheckFlags& flags) {
   if (const auto ok = fit_manifest(flags); !ok) return mistaken(ok.error());
-  const auto baselines = flags.update_baselines ? check::Baselines::may_be_missing : check::Baselines::must_exist;
+  const auto baselines = !flags.update.empty() ? check::Baselines::may_be_missing : check::Baselines::must_exist;
   check::Gates read = check::gates_of(flags.files[0], baselines, check::Selection(flags.only));
   return {std::move(read.gates), std::move(read.mistakes), flags.files[0]};
 }
@@ -192,12 +191,17 @@ void declare(CLI::App& command, CheckFlags& flags) {
   declare_measuring(command, flags);
   declare_reports(command, flags);
   declare_service(command, flags);
-  CLI::Option* update = command.add_flag("--update-baselines", flags.update_baselines,
-                                         "Measure nothing: copy each gate's candidate over its baseline");
+  CLI::Option* update =
+      command
+          .add_flag(
+              "--update-baselines{differing}", flags.update,
+              "Measure, then copy the candidate of each gate that does not pass over its baseline; =all: of every "
+              "gate, without measuring; =missing: only where there is no baseline")
+          ->check(CLI::IsMember({kUpdateDiffering, kUpdateAll, kUpdateMissing}));
   for (const char* unheard :
        {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation", "--history",
         "--server", "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
-    update->excludes(command.get_option(unheard));  // these flags are about a measurement
+    update->excludes(command.get_option(unheard));  // these flags are about a report
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
   command.add_flag("--init", flags.init,

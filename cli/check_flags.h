@@ -31,10 +31,15 @@ struct CheckFlags {
 
   std::string server, key_file, ca_file;
   bool key_in_clear = false;
-  bool init = false;  // `files`: a folder, or none
-  bool update_baselines = false;
+  bool init = false;   // `files`: a folder, or none
+  std::string update;  // of --update-baselines: "differing", "all", "missing"; empty: not given
   bool dry_run = false;
 };
+
+// Values of CheckFlags::update.
+inline constexpr const char* kUpdateDiffering = "differing";
+inline constexpr const char* kUpdateAll = "all";
+inline constexpr const char* kUpdateMissing = "missing";
 
 void declare(CLI::App& command, CheckFlags& flags);
 

@@ -135,7 +135,8 @@ int write_first_manifest(const CheckFlags& flags, const std::string& unheard) {
   std::fputs(manifest->text.c_str(), stdout);
   for (const std::string& what : manifest->left_out) say(stderr, "meshgauge: " + what);
   const auto run = check::gates_of(file);
-  for (const check::Mistake& mistake : run.mistakes) say(stderr, "to do: " + check::to_string(file.string(), mistake));
+  for (const check::Mistake& mistake : check::defects_of(run))
+    say(stderr, "to do: " + check::to_string(file.string(), mistake));
   say(stdout, "Look at max_distance in it, then run: meshgauge check " + check::shown_path(file));
   return std::fflush(stdout) == 0 ? kExitResult : kExitError;
 }

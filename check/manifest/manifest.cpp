@@ -2,6 +2,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "api/json_filter.h"
 #include "api/refused.h"
@@ -29,6 +30,13 @@ void add_defects(const std::vector<Gate>& gates, Mistakes& mistakes) {
 }
 
 }  // namespace
+
+std::vector<Mistake> defects_of(const Gates& read) {
+  if (!read.mistakes.empty()) return read.mistakes;
+  Mistakes defects;
+  add_defects(read.gates, defects);
+  return std::move(defects).sorted();
+}
 
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines, const Selection& only) {
   Mistakes mistakes;

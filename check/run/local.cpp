@@ -64,6 +64,7 @@ class Local final : public Measurer {
     if (threads > 1) meshes_->begin(gate.baseline);  // read both files at the same time
     const auto candidate = meshes_->get(gate.candidate, control);
     if (!candidate) return named(candidate.error(), "a");
+    if (auto undeclared = undeclared_cloud(gate, (*candidate)->facts)) return *undeclared;
     api::StageTimes times;
     times.read_a = ms_since(start);
     const auto baseline = meshes_->get(gate.baseline, control);

@@ -24,7 +24,7 @@ std::string manifest(const std::string& name, const std::string& candidate, cons
 
 List mistakes(const std::filesystem::path& file, Baselines baselines = Baselines::must_exist) {
   List out;
-  for (const Mistake& mistake : gates_of(file, baselines).mistakes)
+  for (const Mistake& mistake : defects_of(gates_of(file, baselines)))
     out.push_back(to_string(file.filename().string(), mistake));
   return out;
 }

@@ -73,14 +73,7 @@ TEST_CASE("manifest: each mistake has its line, column and remedy") {
   for (const fs::path& manifest : manifests) {
     CAPTURE(manifest);
     std::string said;
-    const Gates read = gates_of(manifest);
-    std::vector<Mistake> mistakes = read.mistakes;
-    for (const Gate& gate : read.gates) {
-      if (gate.defect && read.mistakes.empty())
-        mistakes.push_back(
-            {gate.defect->line, gate.defect->column, "gate '" + gate.name + "': " + gate.defect->message});
-    }
-    for (const Mistake& mistake : mistakes) {
+    for (const Mistake& mistake : defects_of(gates_of(manifest))) {
       said += to_string(manifest.string(), mistake).substr(manifest.string().size() + 1) + "\n";
     }
     CHECK(said == expected(manifest));

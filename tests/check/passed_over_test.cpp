@@ -26,7 +26,7 @@ List mistakes(const Folder& folder, const std::string& text, const Selection& on
   folder.write("gates.yaml", text);
   const Inside inside(folder.path());
   List said;
-  for (const Mistake& mistake : gates_of("gates.yaml", Baselines::must_exist, only).mistakes)
+  for (const Mistake& mistake : defects_of(gates_of("gates.yaml", Baselines::must_exist, only)))
     said.push_back(mistake.message);
   return said;
 }

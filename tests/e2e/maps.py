@@ -7,7 +7,7 @@ from harness import flat_grid, wavy_grid
 
 KINDS = ("ply", "glb", "vtp", "csv")
 WAVY, FLAT = wavy_grid(60, 0.1), flat_grid(50)  # 7200 and 5000 triangles
-GATE = {"gate": {"max_distance": 0.05, "units": "mm"}, "tolerance": {"diagonal": 1e-9}, "threads": 1}
+GATE = {"max_distance": "0.05 mm", "narrow": False, "threads": 1}
 
 
 def store(server, mesh, extra=""):

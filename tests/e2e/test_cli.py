@@ -65,7 +65,7 @@ class Cli(unittest.TestCase):
 
     def test_table_for_people(self):
         result = self.run_cli("compare", self.a, self.b, "--max-distance", "0.5")
-        for line in ("distance", "verdict   fail\n  fail      the distance is at least 1.999, above the limit of 0.5\n", "a to b", "witness", "mesh a", "engine    auto, ", "time"):
+        for line in ("distance", "verdict   fail\n  fail      the distance is at least 1.99999, above the limit of 0.5\n", "a to b", "witness", "mesh a", "engine    auto, ", "time"):
             self.assertIn(line, result.stdout)
 
     def test_the_exit_code_is_that_of_check(self):
@@ -156,9 +156,9 @@ class Cli(unittest.TestCase):
         self.fails(*pair, "--relative", "inf", saying="--relative must be")
         self.fails(*pair, "--max-distance", "-0.5", saying="--max-distance must be")
         self.fails(*pair, "--timeout-ms", "0", saying="from 1 to 180000")
-        self.fails(*pair, "--threads", "1.5", saying="from 0 to 64")
-        self.fails(*pair, "--threads", "65", saying="from 0 to 64")
-        self.fails(*pair, "--threads", "-1", saying="from 0 to 64")
+        self.fails(*pair, "--threads", "1.5", saying="from 1 to 64")
+        self.fails(*pair, "--threads", "65", saying="from 1 to 64")
+        self.fails(*pair, "--threads", "-1", saying="from 1 to 64")
         self.fails(*pair, "--threads", "many", saying="--threads")
         self.fails(*pair, "--strategy", "best", saying="four_point")
         self.fails(*pair, "--direction", "up", saying="symmetric, candidate_to_baseline, baseline_to_candidate")

@@ -80,7 +80,7 @@ class Content(ServerCase):
 
     def test_sides(self):
         cube, larger = box(1, 1), box(1.0625, 0.75)  # inside on two sides, outside on the others
-        for options, flags in (({"sides": {}}, ["--sides"]), ({"gate": {"zone": [-1, 1]}}, ["--zone=-1, 1"])):
+        for options, flags in (({"sides": {}}, ["--sides"]), ({"zone": [-1, 1], "narrow": False}, ["--zone=-1, 1", "--fast"])):
             path, result = compared(self.server, larger, cube, {**options, "threads": 1})
             self.assertIsNone(result["sides"]["refused"])
             files = {}

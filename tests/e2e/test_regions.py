@@ -99,7 +99,7 @@ class Regions(ServerCase):
                  json.dumps([limited(LEFT, 2.5), BALL]), *more], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True)
             document = json.loads(run("--json").stdout)
             table = run().stdout
-        asked = {"gate": {"max_distance": 3}, "threads": 1, "regions": [limited(LEFT, 2.5), BALL]}
+        asked = {"max_distance": 3, "narrow": False, "threads": 1, "regions": [limited(LEFT, 2.5), BALL]}
         self.assertEqual(document["regions"], self.measured(**asked)["regions"])
         self.assertRegex(table, r"(?m)^  pass      the distance in left is at most \S+, within the limit of 2\.5$")
         self.assertRegex(table, r"(?m)^  pass      the distance outside of all regions is at most \S+, within the limit of 3$")

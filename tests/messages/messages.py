@@ -179,6 +179,9 @@ def manifest_table(place):
     for file in sorted((folder / "wrong").glob("*.yaml")):
         code, _, message = run(folder / "wrong", ["check", file.name])
         assert code == 3, file
+        if message.startswith("[1/"):  # an error of one gate
+            report = json.loads(run(folder / "wrong", ["check", file.name, "--json"])[1])
+            message = "; ".join("%s:%s: %s" % (file.name, gate["name"], gate["error"]["message"]) for gate in report["gates"] if gate["error"])
         rows.append((file.stem.replace("_", " "), message))
     return table("Manifests", ("what is wrong", "message"), rows,
                  "The manifests are those of [tests/check/manifests/wrong](../tests/check/manifests/wrong).")

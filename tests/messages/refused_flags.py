@@ -32,14 +32,12 @@ def compare_flags():
         ("a number of points that there is not", [*pair, "--strategy", "n_point", "--points", "5"]),
         ("a tolerance below zero", [*pair, "--absolute", "-1"]),
         ("a word in place of a number", [*pair, "--relative", "little"]),
-        ("a limit that is a share", [*pair, "--max-distance", "5 %"]),
         ("a limit in an unknown unit", [*pair, "--max-distance", "5 parsec"]),
         ("an unknown unit", [*pair, "--unit", "pt"]),
         ("a limit in a unit, meshes of unknown unit", [*pair, "--max-distance", "1 mm", "--unit-a", "mm"]),
         ("a timeout of nothing", [*pair, "--timeout-ms", "0"]),
         ("no work", [*pair, "--work-items", "0"]),
         ("too many threads", [*pair, "--threads", "5000"]),
-        ("samples without statistics", [*pair, "--samples", "5000"]),
         ("too few samples", [*pair, "--statistics", "--samples", "5"]),
     ]
 

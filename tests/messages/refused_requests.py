@@ -141,7 +141,7 @@ def option_rows(server):
             [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1], [1.1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
             [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1])))),
         {"expect": {}}, {"expect": {"watertight": 1}}, {"expect": {"water": True}}, {"expect": {"triangles": {}}}, {"expect": {"components": 1.5}},
-        {"expect": {"triangles": {"min": 2, "max": 1}}}, {"expect": {"volume": 5}}, {"expect": {"volume": {"within": "1 %"}}},
+        {"expect": {"triangles": {"min": 2, "max": 1}}}, {"expect": {"volume": 5}}, {"expect": {"volume": {"within": "1 mm"}}},
         {"gate": {"max_distance": -1}}, {"gate": {"max_distance": 1, "units": "parsec"}}, {"timeout_ms": 0}, {"timeout_ms": 1e9}, {"threads": 1.5},
         {"budget": {"work_items": 0}}, {"units": {"a": "pt"}}, {"statistics": 1}, {"statistics": {"samples": 10}}, {"simd": "mmx"}, {"shards": 2},
     ]

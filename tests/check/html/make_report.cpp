@@ -9,11 +9,11 @@
 #include <memory>
 
 #include "api/processors.h"
+#include "check/criteria.h"
 #include "check/html/gallery.h"
 #include "check/html/html.h"
 #include "check/run/local.h"
 #include "check/run/run.h"
-#include "check/criteria.h"
 #include "shapes.h"
 
 namespace {

@@ -5,10 +5,10 @@
 
 #include <doctest/doctest.h>
 
+#include "check/criteria.h"
 #include "check/run/local.h"
 #include "check/run/run.h"
 #include "folder.h"
-#include "check/criteria.h"
 #include "shapes.h"
 
 using namespace meshgauge;

@@ -82,6 +82,11 @@ TEST_CASE("a candidate without triangles counts only if it is declared") {
   document["meshes"]["a"]["triangles"] = 1;
   CHECK(!undeclared_cloud(asked, document));
   CHECK(!undeclared_cloud(asked, {{"meshes", {1, 2}}}));
+  api::MeshFacts facts;
+  facts.vertices = 3;
+  CHECK(undeclared_cloud(asked, facts)->message.starts_with("'cut.obj' has 3 points and no faces"));
+  facts.triangles = 1;
+  CHECK(!undeclared_cloud(asked, facts));
 }
 
 TEST_CASE("a fail may only warn, whatever the upper end") {

@@ -39,12 +39,12 @@ Report mixed() {
 }
 
 // What a display writes.
-struct Written {
+struct Output {
   std::FILE* file = open_memstream(&text, &size);
   char* text = nullptr;
   std::size_t size = 0;
 
-  ~Written() {
+  ~Output() {
     std::fclose(file);
     std::free(text);
   }
@@ -117,7 +117,7 @@ TEST_CASE("a name cannot command the terminal") {
 }
 
 TEST_CASE("without a terminal each gate is a line when it ends") {
-  Written out;
+  Output out;
   ProgressDisplay display(out.file, 0, false);
   const Standing standing{3, 1, {}};
   display.show(standing);
@@ -128,7 +128,7 @@ TEST_CASE("without a terminal each gate is a line when it ends") {
 }
 
 TEST_CASE("on a terminal a bar and the running gates, drawn over each other and gone at the end") {
-  Written out;
+  Output out;
   ProgressDisplay display(out.file, 60, false);
   const Gate reading = gate("first.stl", "b.stl", 1), measuring = gate("second.stl", "b.stl", 1);
   const Standing standing{4, 2, {{&reading, {}, 100}, {&measuring, {0.25, 0.5, "reduce"}, 2500}}};
@@ -145,7 +145,7 @@ TEST_CASE("on a terminal a bar and the running gates, drawn over each other and 
 }
 
 TEST_CASE("only some of many running gates are shown, and long names are cut") {
-  Written out;
+  Output out;
   ProgressDisplay display(out.file, 40, false);
   Gate named = gate("a.stl", "b.stl", 1);
   named.name = std::string(100, 'x');

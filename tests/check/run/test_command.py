@@ -147,7 +147,7 @@ class Pair(Workplace):
         self.fails(*limited, "--direction", "up", saying="baseline_to_candidate")
         self.fails(*limited, "--timeout", "soon", saying="--timeout")
         self.fails(*limited, "--timeout", "1 h 3", saying="--timeout")
-        self.fails(*limited, "--threads", "0", saying="--threads")
+        self.fails(*limited, "--threads", "65", saying="--threads")
         self.fails(*limited, "--jobs", "-1", saying="--jobs")
         self.fails(*limited, "--undecided", "maybe", saying="--undecided")
         self.fails(*limited, "--dry-run", saying="--update-baselines")
