@@ -6,7 +6,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +35,7 @@ struct Gate {
   std::string manifest;    // manifest that contains the gate, for reports that point at a line; empty: given by flags
   int line = 0;            // 1-based
   // Why it cannot be measured, found before anything is: a file is missing, or is none. Other gates are measured.
-  std::optional<Mistake> defect{};
+  std::vector<Mistake> defects{};
   std::vector<std::string> notes{};  // sentences of the manifest without full stop: files that a glob passes over
 };
 

@@ -17,6 +17,7 @@
 #include <CLI/CLI.hpp>
 
 #include "api/processors.h"
+#include "api/refused.h"
 #include "api/request.h"
 #include "api/utc.h"
 #include "check/html/html.h"
@@ -206,8 +207,8 @@ int tell(const CheckFlags& flags, const Report& report, const ReportFiles& repor
 
 // Ends the process without destructors after an interruption, which freeing large meshes would delay, and while a
 // reader is left behind, which uses what exit() destroys.
-void leave_at_once_if_cut(const Report& report, const check::Meshes& meshes, int exit_code) {
-  if (!meshes.reading() && !report.interrupted) return;
+void leave_at_once_if_cut(bool interrupted, const check::Meshes& meshes, int exit_code) {
+  if (!meshes.reading() && !interrupted) return;
   std::fflush(nullptr);
   std::_Exit(exit_code);
 }
@@ -271,7 +272,7 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   pictures = parts->extras->pictures(report, [&] { return interrupts.seen(); });
   int exit_code = tell(flags, report, reports, *parts->extras);
   if (!kept) exit_code = fail_on_one_line(kept.error().message);
-  leave_at_once_if_cut(report, *parts->meshes, exit_code);
+  leave_at_once_if_cut(report.interrupted, *parts->meshes, exit_code);
   return exit_code;
 }
 
@@ -280,6 +281,7 @@ struct Selected {
   Gates gates;                               // whose candidates are copied
   std::map<std::string, std::string> why{};  // by the gate's name: "0.0968 .. 0.0977 mm apart, at most 0.05 mm"
   std::vector<std::string> left{};           // a line for each gate that passes
+  std::shared_ptr<check::Meshes> meshes{};   // null: nothing was measured
 };
 
 bool has_baseline(const check::Gate& gate) {
@@ -302,7 +304,8 @@ Result<Selected> differing(const CheckFlags& flags, const Gates& gates) {
   const Interrupts interrupts;
   use_huge_pages();
   const Report report = measure(flags, asked, *parts, interrupts);
-  leave_at_once_if_cut(report, *parts->meshes, kExitError);
+  if (report.interrupted) return refused("interrupted: no baseline was changed");
+  selected.meshes = parts->meshes;
   for (const check::GateOutcome& outcome : report.outcomes) {
     if (outcome.verdict() == check::Verdict::pass) {
       selected.left.push_back("leave " + outcome.gate.baseline.string() + ": " + outcome.gate.candidate.string() +
@@ -323,24 +326,30 @@ Result<Selected> selected_by(const CheckFlags& flags, const Gates& gates) {
   return selected;
 }
 
-int update_baselines(const CheckFlags& flags, const Gates& gates) {
-  const auto selected = selected_by(flags, gates);
-  if (!selected) return fail_on_one_line(selected.error().message);
-  const check::Updates updates = check::plan_updates(selected->gates);
+int update(const CheckFlags& flags, const Selected& selected) {
+  const check::Updates updates = check::plan_updates(selected.gates);
   for (const check::Mistake& mistake : updates.mistakes)
     fail_on_one_line(flags.files.size() == 1 ? check::to_string(flags.files[0], mistake) : mistake.message);
   if (!updates.mistakes.empty()) return kExitError;
   if (!flags.dry_run) {
     if (const auto done = check::carry_out(updates); !done) return fail_on_one_line(done.error().message);
   }
-  std::vector<std::string> lines = selected->left;
+  std::vector<std::string> lines = selected.left;
   for (const check::Update& update : updates.updates) {
-    const auto why = selected->why.find(update.gate);
-    lines.push_back(check::to_string(update) + (why == selected->why.end() ? "" : ": " + why->second));
+    const auto why = selected.why.find(update.gate);
+    lines.push_back(check::to_string(update) + (why == selected.why.end() ? "" : ": " + why->second));
   }
   for (const std::string& line : lines) std::printf("%s\n", check::shown_name(line).c_str());
   if (std::fflush(stdout) != 0) return fail_on_one_line("the result could not be written");
   return kExitResult;
+}
+
+int update_baselines(const CheckFlags& flags, const Gates& gates) {
+  const auto selected = selected_by(flags, gates);
+  if (!selected) return fail_on_one_line(selected.error().message);
+  const int exit_code = update(flags, *selected);
+  if (selected->meshes) leave_at_once_if_cut(false, *selected->meshes, exit_code);
+  return exit_code;
 }
 
 int run(const CheckFlags& flags) {

@@ -263,6 +263,7 @@ Result<api::Request> OptionFlags::request() const {
   const auto name = [](Error& one) {
     one.where = flag_of(one.where);
     one.where = one.where.substr(0, one.where.find_first_of("[."));
+    if (!one.message.starts_with("--")) one.message = one.where + ": " + one.message;
     one.part.clear();
   };
   name(error);

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 # The files that an argument of the name may be; other values are words.
 OF_FILES = re.compile(r"FILE|^A$|^B$|file|folder|certificate|key$|config|junit|sarif|markdown|code-quality|html|deviation|dir$", re.I)
 # `--direction TEXT=symmetric (Env:NAME) Excludes: --x`: names, and what CLI11 writes behind them.
-ENTRY = re.compile(r"(?P<names>-\S+?|[A-Za-z_]+)(?P<value>\{-\}|(?: (?:TEXT|UINT|INT|FLOAT)\S*| \[\S*\])?(?: \.\.\.)?)"
+ENTRY = re.compile(r"(?P<names>-\S+?|[A-Za-z_]+)(?P<value>\{[-\w]+\}(?: :\{[\w,]+\})?|(?: (?:TEXT|UINT|INT|FLOAT)\S*| \[\S*\])?(?: \.\.\.)?)"
                    r"(?P<required> REQUIRED)?(?: \(Env:(?P<variable>\w+)\))?(?: (?P<relations>(?:Needs|Excludes): .*))?")
 DEFAULT = re.compile(r"( (?:TEXT|UINT|INT|FLOAT)\S*) \[(\S+)\] ")  # newer than that: `TEXT [symmetric]  (Env:NAME)`
 NOTES = re.compile(r" +(?=\(Env:|\.\.\.)")
@@ -34,7 +34,7 @@ class Entry:
 
     def words(self):
         """The values that the text or the type lists, for completion."""
-        listed = re.search(r"\{([\w,]+)\}", self.value)
+        listed = re.search(r":\{([\w,]+)\}", self.value)
         if listed:
             return listed[1].split(",")
         first = re.split(r"[:;]", self.text)[-1].strip()

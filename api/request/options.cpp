@@ -1,14 +1,17 @@
-// The table of options: one row each.
+// The table of options: one row each, how it is read, and how it is written.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
 
+#include "api/align.h"
 #include "api/gate.h"
 #include "api/json_filter.h"
+#include "api/json_of.h"
 #include "api/names.h"
 #include "api/quantity.h"
 #include "api/refused.h"
+#include "api/region_json.h"
 #include "api/request/draft.h"
 #include "api/request/parts.h"
 
@@ -237,6 +240,53 @@ constexpr Option kOptions[] = {{"max_distance", kAll, limit<read_max_distance>},
                                {"expect", kAll, take_expect},
                                {"units", kAll, read_units}};
 
+// --- as it is written -------------------------------------------------------------------------------------------
+
+Json gate_of(const ComparisonOptions& options) {
+  Json json = Json::object();
+  if (options.max_distance) json["max_distance"] = *options.max_distance;
+  if (const auto& limit = options.max_share_beyond) json["max_share_beyond"] = json_of(*limit);
+  if (options.zone) json["zone"] = json_of(*options.zone);
+  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
+  const std::string_view unit = limit_unit_name(options.units);
+  if (!unit.empty()) json["units"] = unit;
+  json["narrow"] = options.narrow;
+  return json;
+}
+
+Json units_of(const AskedUnits& declared) {
+  Json json = Json::object();
+  if (declared.a) json["a"] = to_string(*declared.a);
+  if (declared.b) json["b"] = to_string(*declared.b);
+  return json;
+}
+
+// Writes only what differs from the engine's defaults: the service may have a smaller limit.
+Json budget_of(const Options& options) {
+  const Options usual;
+  Json json = Json::object();
+  if (options.max_work_items != usual.max_work_items) json["work_items"] = options.max_work_items;
+  if (options.max_memory_bytes != usual.max_memory_bytes) json["memory_bytes"] = options.max_memory_bytes;
+  return json;
+}
+
+Json areas_of(const AreaOptions& areas) {
+  Json json = Json::object();
+  for (const AreaOptions::Beyond& beyond : areas.beyond) json["beyond"].push_back(beyond.distance);
+  if (!areas.quantiles.empty()) json["quantiles"] = areas.quantiles;
+  if (areas.mean) json["mean"] = true;
+  json["share_tolerance"] = areas.share_tolerance;
+  json["length_tolerance"] = areas.length_tolerance;
+  return json;
+}
+
+// `true`: asked for as usual.
+Json statistics_of(const Sampling& sampling) {
+  const Sampling usual;
+  if (sampling.samples == usual.samples && sampling.seed == usual.seed) return true;
+  return {{"samples", sampling.samples}, {"seed", sampling.seed}};
+}
+
 // --- what must fit each other -----------------------------------------------------------------------------------
 
 void check_direction(Draft& draft) {
@@ -280,6 +330,27 @@ ReadRequest read_request(const nlohmann::json& document, const Surface& surface,
   read_members(document, draft);
   complete(draft);
   return {std::move(draft.request), reading.told()};
+}
+
+Json json_of(const Request& request) {
+  const ComparisonOptions& options = request.options;
+  Json json{{"direction", name_of(kDirections, options.direction)},
+            {"strategy", name_of(kStrategies, options.strategy)},
+            {"timeout_ms", request.timeout.count()}};
+  if (has_limit(options)) json["gate"] = gate_of(options);
+  if (Json rules = json_of(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
+  if (options.strategy == Strategy::n_point) json["points"] = options.points;
+  if (request.threads_given) json["threads"] = options.threads;
+  if (options.statistics) json["statistics"] = statistics_of(*options.statistics);
+  if (options.areas) json["areas"] = areas_of(*options.areas);
+  if (options.sides) json["sides"] = {{"length_tolerance", options.sides->length_tolerance}};
+  if (options.topology) json["topology"] = true;
+  if (options.expect.any()) json["expect"] = json_of(options.expect);
+  if (options.align) json["align"] = json_of(*options.align);
+  if (Json declared = units_of(options.units); !declared.empty()) json["units"] = std::move(declared);
+  for (const Region& region : options.regions) json["regions"].push_back(json_of(region));
+  if (Json most = budget_of(options); !most.empty()) json["budget"] = std::move(most);
+  return json;
 }
 
 std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, const Surface& surface) {

@@ -86,9 +86,9 @@ std::optional<fs::path> way_out(const fs::path& baseline, const std::string& man
 class Planner {
  public:
   void add(const Gate& gate) {
-    if (gate.defect)
-      return mistakes.add({gate.defect->line, gate.defect->column},
-                          "gate " + api::shown_text(gate.name) + ": " + gate.defect->message);
+    for (const Mistake& defect : gate.defects)
+      mistakes.add({defect.line, defect.column}, "gate " + api::shown_text(gate.name) + ": " + defect.message);
+    if (!gate.defects.empty()) return;
     if (const auto wrong = file_defect(gate.candidate)) return refuse(gate, "candidate", gate.candidate, *wrong);
     if (const auto wrong = several_files_defect(gate.candidate)) {
       return refuse(gate, "candidate", gate.candidate, *wrong);

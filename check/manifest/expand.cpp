@@ -219,7 +219,7 @@ class Expansion {
 
   void check_candidate(const Entry& entry, Gate& gate) {
     if (const auto wrong = file_defect(gate.candidate))
-      set_defect(
+      add_defect(
           gate, entry.candidate.place,
           "the candidate " + shown_path(gate.candidate) + " " + *wrong + hint(gate.candidate, entry.candidate.text));
   }
@@ -238,16 +238,11 @@ class Expansion {
     std::string advice = missing ? hint(gate.baseline, entry.baseline.text) : "";
     if (missing && advice.find("there is ") == std::string::npos)
       advice += "; when the candidate is right, make it one by --update-baselines";
-    set_defect(gate, entry.baseline.place, subject + *wrong + advice);
+    add_defect(gate, entry.baseline.place, subject + *wrong + advice);
   }
 
-  // The first place stands for both files.
-  static void set_defect(Gate& gate, Place place, const std::string& what) {
-    if (gate.defect) {
-      gate.defect->message += "; " + what;
-    } else {
-      gate.defect = Mistake{place.line, place.column, what};
-    }
+  static void add_defect(Gate& gate, Place place, std::string what) {
+    gate.defects.push_back({place.line, place.column, std::move(what)});
   }
 
   void twice(const Entry& entry, const Gate& gate, const std::string& first, const std::string& second) {

@@ -23,9 +23,8 @@ Result<std::string> read_file(const std::filesystem::path& file) {
 // Nothing is measured, so all is said at once.
 void add_defects(const std::vector<Gate>& gates, Mistakes& mistakes) {
   for (const Gate& gate : gates) {
-    if (gate.defect)
-      mistakes.add({gate.defect->line, gate.defect->column},
-                   "gate " + api::shown_text(gate.name) + ": " + gate.defect->message);
+    for (const Mistake& defect : gate.defects)
+      mistakes.add({defect.line, defect.column}, "gate " + api::shown_text(gate.name) + ": " + defect.message);
   }
 }
 

@@ -64,7 +64,10 @@ class Local final : public Measurer {
     if (threads > 1) meshes_->begin(gate.baseline);  // read both files at the same time
     const auto candidate = meshes_->get(gate.candidate, control);
     if (!candidate) return named(candidate.error(), "a");
-    if (auto undeclared = undeclared_cloud(gate, (*candidate)->facts)) return *undeclared;
+    // Before it is aligned; without a_to_b it is refused anyway.
+    if (auto undeclared = undeclared_cloud(gate, (*candidate)->facts);
+        undeclared && gate.request.options.direction == Direction::a_to_b)
+      return *undeclared;
     api::StageTimes times;
     times.read_a = ms_since(start);
     const auto baseline = meshes_->get(gate.baseline, control);

@@ -39,9 +39,11 @@ Result<Measured> measure(Measurer& measurer, const Gate& gate, Control& control)
   return Error{ErrorCode::internal, std::string("the measurement failed unexpectedly: ") + error.what(), "", ""};
 }
 
-Result<Measured> refused_by(const Mistake& defect) {
-  return refused(defect.message, "",
-                 "line " + std::to_string(defect.line) + ", column " + std::to_string(defect.column));
+Result<Measured> refused_by(const std::vector<Mistake>& defects) {
+  std::string why;
+  for (const Mistake& defect : defects) why += (why.empty() ? "" : "; ") + defect.message;
+  const Mistake& first = defects.front();
+  return refused(why, "", "line " + std::to_string(first.line) + ", column " + std::to_string(first.column));
 }
 
 GateOutcome outcome_of(const Gate& gate, Result<Measured>&& result, Control& stopped) {
@@ -136,7 +138,8 @@ class Run {
 
   void measure_one(Job& job) {
     const Gate& gate = gates_[job.gate];
-    conclude(job, outcome_of(job, gate.defect ? refused_by(*gate.defect) : measure(measurer_, gate, job.control)));
+    conclude(job,
+             outcome_of(job, gate.defects.empty() ? measure(measurer_, gate, job.control) : refused_by(gate.defects)));
   }
 
   // An exception becomes the Error of each gate without a result.
@@ -144,9 +147,9 @@ class Run {
     std::vector<Task> tasks;
     tasks.reserve(jobs.size());
     for (Job* job : jobs) {
-      const auto& defect = gates_[job->gate].defect;
-      if (defect) end(*job, refused_by(*defect));
-      if (!defect)
+      const auto& defects = gates_[job->gate].defects;
+      if (!defects.empty()) end(*job, refused_by(defects));
+      if (defects.empty())
         tasks.push_back({&gates_[job->gate], &job->control,
                          [this, job](Result<Measured>&& result, auto ms) { end(*job, std::move(result), ms); }});
     }

@@ -101,11 +101,11 @@ TEST_CASE("passed over: pairs that exist in other case are named") {
   CHECK(
       mistakes(folder, gates("parts/*.stl", "base/{stem}.stl")) ==
       List{
-          "gate 'BRACKET.stl': the baseline 'base/BRACKET.stl' does not exist; there is 'base/bracket.stl': upper and "
-          "lower case count",
           "the baseline 'base/bracket.stl', which differs only by case or blanks from 'base/BRACKET.stl', the baseline "
           "of a gate, has no candidate: 'parts/*.stl' finds none; when there is to be none, remove the baseline, or "
-          "write 'unmatched_baselines: ignore'"});
+          "write 'unmatched_baselines: ignore'",
+          "gate 'BRACKET.stl': the baseline 'base/BRACKET.stl' does not exist; there is 'base/bracket.stl': upper and "
+          "lower case count"});
   CHECK(
       mistakes(folder, gates("parts/bracket.stl", "base/x.stl")) ==
       List{"gate 'bracket.stl': the candidate 'parts/bracket.stl' does not exist; there is 'parts/BRACKET.stl': upper "

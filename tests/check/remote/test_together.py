@@ -104,10 +104,12 @@ class Taken(Case):
             self.assertEqual(relay.seen[("HEAD", "/v1/meshes")], 12)
 
     def test_a_refused_gate_is_reported_alone(self):
-        self.gates[3]["options"]["gate"] = {"max_distance": 1}
-        outcomes = measure(self.gates, {"url": url_of(self.server)})
+        server = Server("--max-timeout-ms", "100000", environment={"MESHGAUGE_DEFAULT_TIMEOUT_MS": "100000"})
+        self.addCleanup(server.stop, signal.SIGKILL)
+        self.gates[3]["options"]["timeout_ms"] = 150_000
+        outcomes = measure(self.gates, {"url": url_of(server)})
         self.assert_decided(outcomes, "gate 3")
-        self.assertIn("write all limits in one place", outcomes["gate 3"]["error"])
+        self.assertIn("/timeout_ms must be", outcomes["gate 3"]["error"])
 
     def test_meshes_that_are_forgotten_meanwhile(self):
         def forget(handler, seen):

@@ -158,8 +158,8 @@ class UpdateBaselines(Workplace):
         said = self.exits(0, "gates.yaml", "--update-baselines=missing", "--dry-run").stdout
         self.assertEqual(said, "create new.obj from far.obj\n")
         said = self.exits(0, "gates.yaml", "--update-baselines").stdout
-        self.assertIn("leave base.obj: near.obj is within the limit, 0.01", said)
-        self.assertIn("replace other.obj from far.obj: 2 .. 2", said)
+        self.assertIn("leave base.obj: near.obj is within the limit, 0.00999", said)
+        self.assertIn("replace other.obj from far.obj: 1.99999 .. 2.00001 apart, at most 0.1", said)
         self.assertIn("create new.obj from far.obj\n", said)
         self.assertEqual((self.folder / "base.obj").read_text()[:7], "v 0 0 0")
         self.assertIn("replace base.obj from near.obj\n", self.exits(0, "gates.yaml", "--update-baselines=all").stdout)
