@@ -29,9 +29,9 @@ enum class ErrorCode {
 
 struct Error {
   ErrorCode code = ErrorCode::internal;
-  std::string message;  // for users: names the defect, "vertex 17 of 'a' is NaN"
-  std::string part;     // the input at fault: "a", "b", "options"; empty: none
-  std::string where;    // "line 12", "byte 84", "accessor 3", "triangle 7"; empty: unknown
+  std::string message;          // for users: names the defect, "vertex 17 of 'a' is NaN"
+  std::string part;             // the input at fault: "a", "b", "options"; empty: none
+  std::string where;            // "line 12", "byte 84", "accessor 3", "triangle 7"; empty: unknown
   std::vector<Error> others{};  // further defects of the same input; they have no others
 };
 

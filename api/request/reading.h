@@ -21,9 +21,9 @@ namespace meshgauge::api {
 using JsonValue = nlohmann::json;
 
 struct RequestMistake {
-  std::string pointer;    // JSON pointer in the document
-  std::string message;    // a sentence without full stop, which names the place
-  bool of_key = false;    // about the member's key, not its value
+  std::string pointer;  // JSON pointer in the document
+  std::string message;  // a sentence without full stop, which names the place
+  bool of_key = false;  // about the member's key, not its value
 };
 
 // One document while it is read. Each function reads the value at the JSON pointer `at`, or adds a mistake.

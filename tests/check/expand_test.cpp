@@ -224,7 +224,7 @@ TEST_CASE("expand: files of gates that are not selected may be missing") {
                            "- {name: 'lod-{stem}', candidate: 'gone/*.stl', baseline: gone.off, max_distance: 1}\n";
   const auto file = folder.write("gates.yaml", text);
   const auto said = [&](const char* pattern) {
-    return gates_of(file, Baselines::must_exist, Selection({pattern})).mistakes.size();
+    return defects_of(gates_of(file, Baselines::must_exist, Selection({pattern}))).size();
   };
   CHECK(mistakes(file).size() == 4);
   CHECK(said("part-a") == 0);

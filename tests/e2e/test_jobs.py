@@ -127,19 +127,6 @@ class Ends(ServerCase):
         self.refused(self.server.get(path), 404, "not-found")
         self.refused(self.delete(path), 404, "not-found")
 
-    def test_a_cancel_never_deletes(self):
-        path = "/v1/comparisons/" + self.server.compare().headers["x-request-id"]
-        ended = self.server.get(path).json()
-        for _ in range(2):
-            answer = self.server.send("POST", path + "/cancel")
-            self.assertEqual((answer.status, answer.json()), (200, ended))
-        running, _ = begin_slow(self.server)
-        wait_for(self.server, running, "running")
-        job = self.server.send("POST", running + "/cancel").json()
-        self.assertEqual((job["state"], self.server.get(running).json()), ("cancelled", job))
-        self.refused(self.server.send("POST", "/v1/comparisons/" + "0" * 32 + "/cancel"), 404, "not-found")
-        self.refused(self.server.send("POST", path + "/cancel?x=1"), 400, "malformed-request")
-
     def test_work_stops_within_50_ms(self):
         """Measured by the service's own processor time, so that the work of other processes does not count."""
         taken = []

@@ -65,7 +65,7 @@ def said(message):
                        ("group of b:", "group of B:"), ("volume of b,", "volume of B,")):
         message = message.replace(one, other)
     message = re.sub(r"tolerance\.(absolute|diagonal|relative)|statistics\.(samples|seed)", lambda found: found[1] or found[2], message)
-    message = re.sub(r"^\w+: (?=unknown key)", "", message)
+    message = re.sub(r"^\w+: (?=unknown key|the region)", "", message)
     message = re.sub(r"unknown key '[^']*?([\w]+)'", r"unknown key '\1'", message)
     message = message.replace("unit_a", "units.candidate").replace("unit_b", "units.baseline")
     message = re.sub(r"^units\.?|^unit\b", "unit", message).replace(" leave units out", " leave unit out")

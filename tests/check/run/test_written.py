@@ -43,7 +43,7 @@ class Reports(Workplace):
         self.exits(0, *pair, "{triangles: 2, watertight: false}")
         self.assertIn("triangles: 2, expected 1", self.exits(1, *pair, "{triangles: 1}").stdout)
         self.fails(*pair, "{triangle: 1}", saying="--expect: unknown key 'triangle'")
-        self.fails(*pair, "watertight", saying="--expect: expect must be a map")
+        self.fails(*pair, "watertight", saying="--expect must be a map")
         self.fails("gates.yaml", "--expect", "{triangles: 1}", saying="--expect")
         self.exits(0, self.manifest([("part", "raised.obj", "flat.obj", "3 mm", "expect: {triangles: 1}", "on_fail: warn")]))
 
