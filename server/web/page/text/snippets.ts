@@ -20,8 +20,10 @@ export function curlCommand(origin: string, names: Names, options: Options, with
 
 const quoted = (text: string): string => `'${text.replace(/'/g, "'\\''")}'`;
 
+type UnitsOfEach = Partial<Record<"units", Extract<Options["units"], object>>>;
+
 /** The options that a result states. */
-export function optionsOf(result: Comparison): Options {
+export function optionsOf(result: Comparison): Options & UnitsOfEach {
   const unit = unitOfLimit(result);
   const { gate, direction, tolerance, engine } = result;
   const usual = tolerance.asked.absolute === undefined && tolerance.asked.relative === 0.01 && tolerance.asked.diagonal === 1e-6;
@@ -92,7 +94,7 @@ function areasAsked({ areas, gate }: Comparison): Pick<Options, "areas"> {
 // A number in the unit of mesh b is in the unit of the result.
 const unitOfLimit = (result: Comparison): string | null => (result.gate?.units === "b" ? unitOf(result) : (result.gate?.units ?? null));
 
-function unitsDeclared({ meshes: { a, b } }: Comparison): Pick<Options, "units"> {
+function unitsDeclared({ meshes: { a, b } }: Comparison): UnitsOfEach {
   const declared = ({ unit }: { unit?: MeshFacts["unit"] }) => (unit?.source === "declared" ? unit.name : null);
   const [one, other] = [declared(a), declared(b)];
   if (one === null && other === null) return {};
@@ -165,7 +167,7 @@ function alignLine(result: Comparison): string[] {
 function expectLine({ expect }: Comparison): string[] {
   if (!expect) return [];
   const within = expect.volume?.within;
-  const volume = within === undefined ? expect.volume : { ...expect.volume, within: `${toDigits(100 * within, 12)} %` };
+  const volume = within === undefined ? expect.volume : { ...expect.volume, within: `${toDigits(100 * Number(within), 12)} %` };
   return [`    expect: ${JSON.stringify({ ...expect, volume })}`];
 }
 
