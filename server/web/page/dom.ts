@@ -54,10 +54,10 @@ export function card(title: string, attributes: Attributes, ...children: Child[]
 }
 
 /** Returns a part of the result that is a table; the first cell of a row is its head. */
-export function tableCard(title: string, columns: string[], rows: Child[][]): HTMLElement {
+export function tableCard(title: string, columns: string[], rows: Child[][], kind = ""): HTMLElement {
   const head = h("tr", {}, ...columns.map((name) => h("th", { scope: "col" }, name)));
-  const body = rows.map(([first, ...cells]) => h("tr", {}, h("th", { scope: "row" }, first), ...cells.map((cell) => h("td", {}, cell))));
-  return card(title, { class: "card" }, scroller(title, h("table", {}, h("thead", {}, head), h("tbody", {}, ...body))));
+  const body = rows.map(([first, ...cells]) => h("tr", {}, h("th", { scope: "row" }, first), ...cells.map((cell, i) => h("td", { "data-name": columns[i + 1] ?? "" }, cell))));
+  return card(title, { class: "card" }, scroller(title, h("table", kind ? { class: kind } : {}, h("thead", {}, head), h("tbody", {}, ...body))));
 }
 
 /** Wraps content that may be wider than its place. While it is, the keyboard can scroll it; `label` names it. */

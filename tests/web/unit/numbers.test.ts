@@ -81,7 +81,9 @@ test("a share that is a bound is not written below it", () => {
 });
 
 test("points and units", () => {
-  assert.equal(pointText([0.32270512, -1, 1e-9]), "(0.32270512, -1, 1e-9)");
+  assert.equal(pointText([0.32270512, -1, -5.55e-17]), "(0.322705, -1, 0)");
+  assert.equal(pointText([3e-7, 1.23456789e-6, 0]), "(3e-7, 1.234568e-6, 0)");
+  assert.equal(pointText([0, 0, 0]), "(0, 0, 0)");
   assert.notEqual(pointText([1000000.05, 0, 0]), pointText([1000000.15, 0, 0])); // far from the origin, points stay apart
   assert.equal(withUnits("1", ""), "1");
 });

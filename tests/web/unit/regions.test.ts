@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { ofRest, placeOf, regionsAsked, regionsSentence } from "../../../server/web/page/text/regions.js";
+import { placeOf, regionsAsked } from "../../../server/web/page/text/regions.js";
 import { gatesYaml, optionsOf, withoutLimits } from "../../../server/web/page/text/snippets.js";
 import { wordingOf } from "../../../server/web/page/text/verdict.js";
-import { comparison, gate } from "./samples.js";
+import { comparison, gate, limited } from "./samples.js";
 import type { Verdict } from "../../../server/web/page/api/types.js";
 
 const box = { min: [0, 0, 0], max: [1, 1, 1] };
@@ -23,23 +23,23 @@ const region = (name: string, lower: number, upper: number, verdict: Verdict, ma
 
 const rest = region("rest", 0.09, 0.1, "pass", 0.2);
 
-test("the headline is of the rest, and a region that fails is named", () => {
-  const result = comparison({ verdict: "fail", gate: gate(0.2), regions: [region("bore", 0.5, 0.6, "fail", 0.4), rest] });
-  assert.deepEqual(ofRest(result).distance, { lower: 0.09, upper: 0.1 });
-  const words = wordingOf(result);
+test("the headline is of the region that fails, and the rest is not said", () => {
+  const criteria = [limited("pass", 0.09, 0.1, 0.2, { region: "rest" }), limited("fail", 0.5, 0.6, 0.4, { region: "bore" })];
+  const words = wordingOf(comparison({ verdict: "fail", foremost: "distance in bore", gate: gate(0.2), criteria }));
   assert.equal(words.tone, "fail");
-  assert.equal(words.reason, "In bore a point is at least 0.5\u00A0mm away; at most 0.4\u00A0mm is allowed.");
+  assert.equal(words.reason, "In bore: The distance is at least 0.5\u00A0mm; the limit is 0.4\u00A0mm.");
 });
 
 test("a pass is one of the rest and of each region", () => {
-  const result = comparison({ verdict: "pass", gate: gate(0.2), regions: [region("bore", 0.1, 0.2, "pass", 0.4), rest] });
-  assert.match(wordingOf(result).reason, /^Outside of the regions: Every point .* So is bore, within its own limit\.$/);
+  const criteria = [limited("pass", 0.09, 0.1, 0.2, { region: "rest" }), limited("pass", 0.1, 0.2, 0.4, { region: "bore" })];
+  const result = comparison({ verdict: "pass", foremost: "distance outside of all regions", gate: gate(0.2), criteria });
+  assert.match(wordingOf(result).reason, /^Outside of the regions: Every point .* The distance in bore is found\.$/);
 });
 
 test("an undecided region says between what", () => {
-  const result = comparison({ verdict: "undecided", gate: gate(0.2), regions: [region("bore", 0.3, 0.5, "undecided", 0.4), rest] });
-  assert.match(regionsSentence(result, "mm"), /^In bore the distance lies between 0\.3 and 0\.5.mm: whether it is within 0\.4.mm is not decided\.$/);
-  assert.equal(regionsSentence(comparison(), "mm"), "");
+  const criteria = [limited("pass", 0.09, 0.1, 0.2, { region: "rest" }), limited("undecided", 0.3, 0.5, 0.4, { region: "bore", status: "timeout" })];
+  const result = comparison({ verdict: "undecided", foremost: "distance in bore", gate: gate(0.2), criteria });
+  assert.match(wordingOf(result).reason, /^In bore: The distance is between 0\.3 and 0\.5.mm, and the limit of 0\.4.mm is not decided by that: the time was over\.$/);
 });
 
 test("the regions asked for are those of the result, without what is the gate's", () => {

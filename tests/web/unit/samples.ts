@@ -1,5 +1,6 @@
 // Documents of the service for the tests, as openapi.yaml has them.
 import type { Comparison, Directed, MeshFacts, Verdict } from "../../../server/web/page/api/types.js";
+import type { Criterion } from "../../../server/web/page/text/criteria.js";
 
 function mesh(name: string): MeshFacts {
   return {
@@ -44,8 +45,23 @@ export function comparison(change: Partial<Comparison> = {}): Comparison {
   };
 }
 
-/** A gate of area alone: at most 1 % beyond 0.05 mm. */
+/** A limit of a distance; its name as the service makes it. */
+export function limited(verdict: Verdict, lower: number, upper: number, limit: number, change: Partial<Criterion> = {}): Criterion {
+  const { region = null, side = null } = change;
+  const name = side ? `distance ${side}` : region === "rest" ? "distance outside of all regions" : region ? `distance in ${region}` : "distance";
+  return { name, of: "distance", verdict, finding: `the ${name} is found`, region, side, limit, uncertainty: 0, lower, upper, status: "gate_decided", witness: null, refused: null, ...change };
+}
+
+/** At most 1 % of the area beyond 0.05 mm. */
+export function share(verdict: Verdict, lower: number, upper: number): Criterion {
+  return { ...limited(verdict, lower, upper, 0.01, { beyond: 0.05 }), name: "share beyond", of: "share", finding: "the share is found" };
+}
+
+export function expectation(name: string, verdict: Verdict, found: string, expected: string): Criterion {
+  return { name, of: "expectation", verdict, found, expected, finding: `${name}: ${found}, expected ${expected}` };
+}
+
+/** A gate of area alone. */
 export const areaGate = { max_distance: null, max_share_beyond: { distance: 0.05, share: 0.01 }, units: "mm" };
-export const areaBeyond = (lower: number, upper: number, verdict: Verdict) => ({ distance: 0.05, share: { lower, upper }, verdict });
 
 export const gate = (max_distance: number, units: string | null = "mm") => ({ max_distance, units });

@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { pairNotes, titleOf, unitsOf, witnessesOf, witnessesToShow, wordingOf } from "../../../server/web/page/text/verdict.js";
+import { witnessesOf, witnessesToShow } from "../../../server/web/page/text/criteria.js";
+import { pairNotes, rangeOf, titleOf, unitsOf, wordingOf } from "../../../server/web/page/text/verdict.js";
 import { stageTimes, stageWords } from "../../../server/web/page/text/stages.js";
-import { areaBeyond, areaGate, comparison, directed, gate } from "./samples.js";
+import { comparison, directed, expectation, gate, limited, share } from "./samples.js";
 
 const spaces = (text: string) => text.replaceAll("\u00A0", " ");
 const words = (...args: Parameters<typeof wordingOf>) => {
@@ -54,41 +55,49 @@ test("each end of the work that leaves a gate undecided has its own advice", () 
   assert.match(words(comparison({ verdict: "undecided", gate: gate(0.097), status: "timeout" }), 180_000).proof, /more threads/);
 });
 
-test("a zone is worded by the side that fails, first", () => {
-  const side = (lower: number, upper: number) => ({ lower, upper, point_a: null, triangle_a: null });
-  const sides = { certified: true as const, status: "complete" as const, length_tolerance: 0.01, pieces: 1, refused: null, inside: side(0.01, 0.02), outside: side(0.2, 0.21) };
-  const zone: [number, number] = [-0.05, 0.1];
-  const told = words(comparison({ verdict: "fail", gate: { max_distance: null, zone, units: "mm" }, sides }));
-  assert.equal(told.reason, "Outside of the baseline (B) the candidate reaches at least 0.2 mm, beyond the limit of 0.1 mm. Inside of the baseline (B) the candidate reaches at most 0.02 mm, within the limit of 0.05 mm.");
-  const open = words(comparison({ verdict: "undecided", gate: { max_distance: null, zone, uncertainty: 0.04, units: "mm" }, sides: { ...sides, outside: side(0.05, 0.06) } }));
-  assert.match(open.reason, /^Inside of the baseline \(B\) the candidate reaches 0.01 to 0.02 mm, which does not decide the limit of 0.05 mm ± 0.04 mm\. Outside .* at most 0.06 mm, within/);
+test("a zone is worded by the side that fails, with its point", () => {
+  const witness = { on: "a" as const, point: [5.55e-17, 2, 12.345678901] as [number, number, number], triangle: 9, nearest_point: null, nearest_triangle: null };
+  const inside = limited("pass", 0.01, 0.02, 0.05, { side: "inside" }), outside = limited("fail", 0.2, 0.21, 0.1, { side: "outside", witness });
+  const zone = gate(0.1);
+  const told = words(comparison({ verdict: "fail", foremost: "distance outside", gate: zone, criteria: [inside, outside] }));
+  assert.equal(told.reason, "The point (0, 2, 12.34568) mm of the candidate (A), on triangle 9, is 0.2 mm or more outside of the baseline (B). The limit is 0.1 mm.");
+  const passes = words(comparison({ verdict: "pass", foremost: "distance inside", gate: zone, criteria: [inside, { ...outside, verdict: "pass", lower: 0.01, upper: 0.03 }] }));
+  assert.equal(passes.reason, "No point of the candidate (A) lies farther than 0.05 mm inside of the baseline (B): at most 0.02 mm. The distance outside is found.");
+  const open = { ...inside, verdict: "undecided" as const, uncertainty: 0.04 };
+  assert.match(words(comparison({ verdict: "undecided", gate: zone, criteria: [open, outside] })).reason, /^The distance inside is between 0.01 and 0.02 mm, and the limit of 0.05 mm ± 0.04 mm is not decided by that/);
+  const refused = { ...open, refused: "it is not watertight", finding: "nothing is inside or outside: it is not watertight" };
+  assert.equal(words(comparison({ verdict: "undecided", gate: zone, criteria: [refused] })).reason, "Nothing is inside or outside: it is not watertight.");
 });
 
 test("expectations are worded alone, and beside a limit of the distance", () => {
-  const open = { name: "watertight" as const, verdict: "fail" as const, found: "no: 4 open edges, the first at (0, 0, 0)", expected: "yes" };
-  const count = { name: "triangles" as const, verdict: "pass" as const, found: "12", expected: "at most 20" };
-  const alone = words(comparison({ verdict: "fail", gate: null, expectations: [open, count] }));
-  assert.deepEqual(alone, { tone: "fail", heading: "Fail", reason: `Of the candidate (A) itself: watertight ${open.found}, expected yes.`, proof: "" });
-  const both = words(comparison({ verdict: "pass", gate: gate(0.2), expectations: [count] }));
-  assert.match(both.reason, /away\. The candidate \(A\) itself is as expected: triangles 12\.$/);
+  const open = expectation("watertight", "fail", "no: 4 open edges, the first at (0, 0, 0)", "yes"), count = expectation("triangles", "pass", "12", "at most 20");
+  const alone = words(comparison({ verdict: "fail", gate: null, criteria: [open, count] }));
+  assert.deepEqual(alone, { tone: "fail", heading: "Fail", reason: "Of the candidate (A) itself: watertight: no: 4 open edges, the first at (0, 0, 0), expected yes.", proof: "" });
+  const both = words(comparison({ verdict: "pass", gate: gate(0.2), foremost: "distance", criteria: [limited("pass", 0.0968, 0.0976, 0.2), count] }));
+  assert.match(both.reason, /away\. Triangles: 12, expected at most 20\.$/);
+  assert.equal(titleOf(comparison({ verdict: "fail", criteria: [open, count] })), "Fail: watertight · meshgauge");
 });
 
-test("a limit of the area is worded alone, and beside one of the distance", () => {
-  const share_beyond = areaBeyond(0.0021, 0.0027, "pass");
-  const told = words(comparison({ verdict: "pass", gate: areaGate, share_beyond }));
-  assert.equal(told.reason, "Between 0.21 and 0.27 % of the area is farther than 0.05 mm; at most 1 % may be.");
+test("a limit of the area is worded by its finding, alone and beside one of the distance", () => {
+  const area = share("pass", 0.0021, 0.0027), result = comparison({ verdict: "pass", gate: gate(0.2), criteria: [area] });
+  const told = words(result);
+  assert.equal(told.reason, "The share is found.");
   assert.match(told.proof, /bound of the exact share/);
-  const both = words(comparison({ verdict: "pass", gate: { ...areaGate, max_distance: 0.2 }, share_beyond }));
-  assert.match(both.reason, /^Every point of both surfaces lies within 0.2 mm.* away\. Between 0.21 and 0.27 %/);
-  const open = areaBeyond(0, 0.02, "undecided");
-  const one = words(comparison({ verdict: "undecided", gate: { ...areaGate, max_distance: 0.2 }, share_beyond: open }));
-  assert.equal(one.reason, "At most 2 % of the area is farther than 0.05 mm: whether at most 1 % is, is not decided.");
-  const fails = words(comparison({ verdict: "fail", gate: { ...areaGate, max_distance: 0.05 }, share_beyond }));
-  assert.match(fails.reason, /^The point .* Between 0.21 and 0.27 %/);
+  assert.equal(spaces(rangeOf(area, result)), "0.21 to 0.27 %");
+  const both = words(comparison({ verdict: "pass", gate: gate(0.2), foremost: "distance", criteria: [limited("pass", 0.0968, 0.0976, 0.2), area] }));
+  assert.match(both.reason, /^Every point of both surfaces lies within 0.2 mm.* away\. The share is found\.$/);
+  const fails = words(comparison({ verdict: "fail", gate: gate(0.05), foremost: "distance", criteria: [limited("fail", 0.0968, 0.0976, 0.05), area] }));
+  assert.equal(fails.reason, "The distance is at least 0.0968 mm; the limit is 0.05 mm.");
 });
 
-test("an uncertainty stands behind the limit", () => {
-  const told = words(comparison({ verdict: "pass", gate: { ...gate(0.2), uncertainty: 0.01 } }));
+test("after three more criteria their number is said", () => {
+  const regions = ["r1", "r2", "r3", "r4", "r5", "r6"].map((region) => limited("pass", 0, 0.1, 0.2, { region }));
+  const told = words(comparison({ verdict: "pass", gate: gate(0.2), foremost: "distance in r1", criteria: regions }));
+  assert.equal(told.reason, "In r1: Every point of both surfaces lies within 0.2 mm of the other surface: at most 0.1 mm away. The distance in r2 is found. The distance in r3 is found. The distance in r4 is found. 2 more pass.");
+});
+
+test("an uncertainty stands behind the limit, and is the service's to decide", () => {
+  const told = words(comparison({ verdict: "pass", gate: gate(0.2), criteria: [limited("pass", 0.0968, 0.0976, 0.2, { uncertainty: 0.01 })] }));
   assert.match(told.reason, /within 0.2 mm ± 0.01 mm of the other surface/);
 });
 
@@ -132,7 +141,8 @@ test("the witness that is shown first is that of the foremost criterion, as of a
   assert.deepEqual(first, { from: "a", point: [7, 8, 9], nearest: [7, 8, 10], lower: 0.03, upper: 0.031, triangle: 11, nearestTriangle: 12 });
   assert.deepEqual(others.map(({ from }) => from), ["b"]);
   const outside = { ...limit, name: "distance outside", side: "outside" as const, witness: { ...bore.witness, nearest_point: null, nearest_triangle: null } };
-  assert.equal(witnessesToShow(comparison({ verdict: "fail", foremost: "distance outside", criteria: [outside] }))[0]?.triangle, 7);
+  const of_side = witnessesToShow(comparison({ verdict: "fail", foremost: "distance outside", criteria: [outside] }))[0];
+  assert.deepEqual([of_side?.triangle, of_side?.nearest], [11, point]);
 });
 
 test("the title of the document tells the verdict", () => {

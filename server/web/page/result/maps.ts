@@ -4,7 +4,8 @@ import type { Comparison, Side } from "../api/types.js";
 import { button, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
 import { asSentence, explain } from "../text/problems.js";
-import { unitsOf, witnessesOf, witnessesToShow } from "../text/verdict.js";
+import { witnessesOf, witnessesToShow } from "../text/criteria.js";
+import { unitsOf } from "../text/verdict.js";
 import { downloadButton } from "./share.js";
 
 const shownTriangles = 200_000; // more makes the picture slower, and no clearer

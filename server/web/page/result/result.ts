@@ -6,15 +6,16 @@ import { pathOf } from "../route.js";
 import { Gauge } from "../plot/gauge.js";
 import type { History } from "../plot/history.js";
 import { TimelinePlot } from "../plot/timeline.js";
+import { withoutOverrides } from "../text/names.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
-import { pairNotes, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
-import { ofRest } from "../text/regions.js";
+import { pairNotes, rangeOf, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
+import { criteriaOf, foremostOf, isLimit, type Limit } from "../text/criteria.js";
 import { directionsOf } from "./directions.js";
 import { iconOf } from "./icon.js";
 import { mapRows, showViewer } from "./maps.js";
 import { meshesTable } from "./meshes.js";
 import { jsonButton, linkRow, pipeline } from "./share.js";
-import { expectationsOf, regionsOf } from "./tables.js";
+import { criteriaTable, regionsOf } from "./tables.js";
 import { timesOf } from "./times.js";
 
 export interface ResultFace {
@@ -36,7 +37,7 @@ export function showResult(host: HTMLElement, client: Client, face: ResultFace):
   const stage = h("div", { class: "viewer-host" });
   host.replaceChildren(
     verdictOf(face, ends),
-    expectationsOf(result) ?? "",
+    criteriaTable(result) ?? "",
     regionsOf(result) ?? "",
     card("Where they differ", { class: "card wide" }, stage),
     columns(face, ends),
@@ -53,20 +54,16 @@ export function showResult(host: HTMLElement, client: Client, face: ResultFace):
 function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
   const { result, names } = face;
   const words = wordingOf(result, face.timeoutMs);
-  const host = h("div", { class: "plot gauge" });
-  const limit = result.gate?.max_distance ?? null;
-  const gauge = new Gauge(host, { ...ofRest(result).distance, limit, units: unitsOf(result) });
-  ends.push(() => gauge.dispose());
   return h(
     "header",
     { class: `verdict ${words.tone}` },
     h("p", { class: "pair-names" }, h("b", {}, names.a), " against ", h("b", {}, names.b)),
     h("h1", { tabindex: "-1" }, iconOf(words.tone), words.heading),
-    words.tone === "measured" ? null : h("p", { class: "reading" }, ...readingOf(ofRest(result))),
+    words.tone === "measured" ? null : readingOf(result),
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
     ...pairNotes(result).map((note) => h("p", { class: "note" }, `Note: ${note}.`)),
-    host,
+    ...gaugesOf(result, ends),
     h("div", { class: "actions" }, narrower(face), button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
   );
 }
@@ -78,13 +75,32 @@ function narrower(face: ResultFace): HTMLElement | null {
   return button("Narrow the interval", { title: "Measure the distance itself, without the limit" }, () => face.narrow());
 }
 
-function readingOf(result: Comparison): HTMLElement[] {
-  const { lower, upper } = result.distance;
-  const text = intervalText(lower, upper, result.gate?.max_distance ?? null);
+// The foremost limit; where an expectation is foremost, the whole distance.
+function readingOf(result: Comparison): HTMLElement {
+  const first = foremostOf(result), limit = first && isLimit(first) ? first : null;
+  if (limit?.of === "share") return h("p", { class: "reading" }, h("span", {}, rangeOf(limit, result)));
+  const { lower, upper } = limit ?? result.distance;
+  const text = intervalText(lower, upper, limit?.limit ?? null);
   const top = withUnits(text.upper, upper === null ? "" : unitsOf(result));
-  if (text.lower === text.upper) return [h("span", {}, top)];
-  return [h("span", {}, text.lower), h("span", { class: "dash" }, "to"), h("span", {}, top)];
+  const range = text.lower === text.upper ? [h("span", {}, top)] : [h("span", {}, text.lower), h("span", { class: "dash" }, "to"), h("span", {}, top)];
+  return h("p", { class: "reading" }, ...range);
 }
+
+// One for the foremost distance, and one for each side of a zone.
+function gaugesOf(result: Comparison, ends: (() => void)[]): HTMLElement[] {
+  const distances = criteriaOf(result).filter((one): one is Limit => isLimit(one) && one.of === "distance" && !one.refused);
+  const first = distances.find(({ name }) => name === foremostOf(result)?.name) ?? distances[0];
+  const shown = first?.side ? distances.filter(({ side }) => side) : [first ?? null];
+  return shown.flatMap((one) => {
+    const host = h("div", { class: "plot gauge" });
+    const { lower, upper } = one ?? result.distance;
+    const gauge = new Gauge(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result) });
+    ends.push(() => gauge.dispose());
+    return one && one.name !== "distance" ? [h("p", { class: "gauge-name" }, withoutOverrides(capital(one.name))), host] : [host];
+  });
+}
+
+const capital = (name: string) => name.charAt(0).toUpperCase() + name.slice(1);
 
 function columns(face: ResultFace, ends: (() => void)[]): HTMLElement {
   const { result, history } = face;

@@ -1,31 +1,59 @@
-// What has a verdict of its own, a line each: expectations of the candidate, and regions.
+// What has a verdict of its own, a row each; without limits, what was measured of each region.
 import type { Comparison } from "../api/types.js";
 import { h, tableCard } from "../dom.js";
-import { intervalWords, plain, withUnits } from "../text/numbers.js";
+import { criteriaOf, isLimit, type Criterion } from "../text/criteria.js";
+import { withoutOverrides } from "../text/names.js";
+import { inPercent, inPercentAbove, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
 import { placeOf, regionName } from "../text/regions.js";
-import { unitsOf } from "../text/verdict.js";
+import { rangeOf, unitsOf } from "../text/verdict.js";
 
-/** What was found of the candidate itself; null: nothing is expected. */
-export function expectationsOf({ expectations }: Comparison): HTMLElement | null {
-  if (!expectations?.length) return null;
-  const rows = expectations.map(({ name, found, expected, verdict }) => [name, found, expected, verdict]);
-  return tableCard("Of the candidate (A) itself", ["Expectation", "Found", "Expected", "Verdict"], rows);
+/** Null: the headline says it all, since there is one limit or none. */
+export function criteriaTable(result: Comparison): HTMLElement | null {
+  const criteria = criteriaOf(result);
+  if (criteria.length < 2 && criteria.every(isLimit)) return null;
+  const rows = criteria.map((one) => [nameCell(one, result), found(one, result), allowed(one, result), shareOfLimit(one), verdictCell(one)]);
+  return tableCard("What is asked", ["Criterion", "Found", "At most", "Of the limit", "Verdict"], rows, "criteria");
 }
 
-/** What was measured of each region and of the rest; null: no regions were asked for. */
+function nameCell(criterion: Criterion, { regions }: Comparison): HTMLElement {
+  const region = regions?.find(({ name }) => name === criterion.region);
+  return h("span", region ? { title: placeOf(region) } : {}, withoutOverrides(criterion.name));
+}
+
+function verdictCell({ verdict }: Criterion): HTMLElement {
+  return h("span", { class: `tone ${verdict}` }, verdict);
+}
+
+function found(criterion: Criterion, result: Comparison): string {
+  if (!isLimit(criterion)) return criterion.found ?? "";
+  if (criterion.refused) return `not known: ${criterion.refused}`;
+  if (result.regions?.some(({ name, empty }) => name === criterion.region && empty)) return "no surface";
+  return rangeOf(criterion, result);
+}
+
+function allowed(criterion: Criterion, result: Comparison): string {
+  if (!isLimit(criterion)) return criterion.expected ?? "";
+  const length = (one: number) => withUnits(plain(one), unitsOf(result));
+  const more = criterion.uncertainty ? ` \u00B1 ${length(criterion.uncertainty)}` : "";
+  if (criterion.of === "share") return `${toDigits(100 * criterion.limit, 6)}\u00A0% beyond ${length(criterion.beyond ?? 0)}${more}`;
+  return length(criterion.limit) + more;
+}
+
+// A fail is at least so much of its limit, all else at most.
+function shareOfLimit(criterion: Criterion): string {
+  if (!isLimit(criterion) || criterion.limit === 0 || criterion.refused) return "";
+  const { lower, upper, limit, verdict } = criterion;
+  if (verdict === "fail") return `\u2265 ${inPercent(lower / limit, 3)}`;
+  return upper === null ? "" : `\u2264 ${inPercentAbove(upper / limit, 3)}`;
+}
+
+/** What was measured of each region and of the rest; null: there are no regions, or a limit has them among the criteria. */
 export function regionsOf(result: Comparison): HTMLElement | null {
   const { regions } = result;
-  if (!regions?.length) return null;
-  const units = unitsOf(result);
-  const rows = regions.map((region) => {
-    const { lower, upper } = region.distance;
-    const limit = region.max_distance ?? null;
-    return [
-      h("span", { title: placeOf(region) }, regionName(region)),
-      region.empty ? "no surface" : intervalWords(lower, upper, units, limit),
-      limit === null ? "" : withUnits(plain(limit), units),
-      region.verdict,
-    ];
-  });
-  return tableCard("Regions", ["Region", "Distance", "At most", "Verdict"], rows);
+  if (!regions?.length || result.verdict !== null) return null;
+  const rows = regions.map((region) => [
+    h("span", { title: placeOf(region) }, regionName(region)),
+    region.empty ? "no surface" : intervalWords(region.distance.lower, region.distance.upper, unitsOf(result)),
+  ]);
+  return tableCard("Regions", ["Region", "Distance"], rows);
 }

@@ -130,9 +130,14 @@ export function onClock(ms: number): string {
   return `${String(Math.floor(whole / 60))}\u00A0min ${String(whole % 60).padStart(2, "0")}\u00A0s`;
 }
 
-/** "(0.3227, 0.6693, 0.6693)": in full, since statements about a point need not hold for a rounded one. */
+const pointDigits = 7; // of the largest coordinate: 5.55e-17 beside 12.5 is 0; JSON has them all
+const leastDecimals = 4; // far from the origin points stay apart
+
+/** "(0.3227, 0.6693, 0.6693)" */
 export function pointText(point: readonly number[]): string {
-  return `(${point.map(plain).join(", ")})`;
+  const largest = Math.max(...point.map(Math.abs), Number.MIN_VALUE);
+  const decimals = Math.min(Math.max(pointDigits - 1 - Math.floor(Math.log10(largest)), leastDecimals), 100);
+  return `(${point.map((x) => plain(Number(x.toFixed(decimals)) + 0)).join(", ")})`;
 }
 
 /** "99.4 %": rounded up. */

@@ -1,7 +1,8 @@
 // The meaning of a result in sentences, in the words of `meshgauge check`.
-import type { Comparison, Direction, Directed, Side, Status, Vec3, Verdict } from "../api/types.js";
-import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
-import { ofRest, regionsSentence } from "./regions.js";
+import type { Comparison, Direction, Side, Status, Verdict } from "../api/types.js";
+import { criteriaOf, foremostOf, isLimit, placeWords, witnessesOf, type Criterion, type Limit } from "./criteria.js";
+import { withoutOverrides } from "./names.js";
+import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
 
@@ -14,55 +15,8 @@ export interface Wording {
 
 export const meshName: Record<Side, string> = { a: "candidate (A)", b: "baseline (B)" };
 
-/** A point at least `lower` away from the other mesh. */
-export interface FoundWitness {
-  from: Side;
-  point: Vec3;
-  nearest: Vec3;
-  lower: number;
-  upper: number;
-  triangle: number;
-  nearestTriangle: number;
-}
-
 /** What a mesh is measured by: a cloud by its points. */
 export const pieceOf = (result: Comparison, side: Side): string => (result.meshes[side].triangles === 0 ? "point" : "triangle");
-
-/** One per direction that has one; the first attains the lower end of the interval. */
-export function witnessesOf(result: Comparison): FoundWitness[] {
-  const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
-  return found.sort((one, other) => other.lower - one.lower);
-}
-
-/** The same, but first the point of a limit that is not kept, which may be a region's. */
-export function witnessesToShow(result: Comparison): FoundWitness[] {
-  const found = witnessesOf(result), first = result.verdict === "pass" ? null : foremostWitness(result);
-  return first ? [first, ...found.filter(({ from }) => from !== first.from)] : found;
-}
-
-// Results made before 0.2.0 have no criteria; a side's point has no nearest one.
-function foremostWitness({ verdict, foremost, criteria = [] }: Pick<Comparison, "verdict"> & Partial<Pick<Comparison, "foremost" | "criteria">>): FoundWitness | null {
-  const worst = criteria.filter((one) => one.verdict === verdict && one.witness?.nearest_point);
-  const shown = worst.find(({ name }) => name === foremost) ?? worst[0], at = shown?.witness;
-  if (!at?.nearest_point || at.nearest_triangle === null) return null;
-  const { on, point, triangle, nearest_point, nearest_triangle } = at;
-  return { from: on, point, nearest: nearest_point, lower: shown?.lower ?? 0, upper: shown?.upper ?? Infinity, triangle, nearestTriangle: nearest_triangle };
-}
-
-function witnessOf(from: Side, directed: Directed | null): FoundWitness | null {
-  if (!directed?.witness) return null;
-  const { point_a, point_b, triangle_a, triangle_b } = directed.witness;
-  const { lower, upper } = directed;
-  return {
-    from,
-    point: point_a,
-    nearest: point_b,
-    lower,
-    upper: upper ?? Infinity,
-    triangle: triangle_a,
-    nearestTriangle: triangle_b,
-  };
-}
 
 /** The unit of a limit before there is a result; "b" stands for the unit of mesh b, which is not known yet. */
 export function unitAsked(units: string | null | undefined): string {
@@ -89,19 +43,33 @@ export function pairNotes({ notes }: { notes?: string[] }): string[] {
   return notes ?? [];
 }
 
+const headings: Record<Verdict, string> = { pass: "Pass", fail: "Fail", undecided: "Undecided" };
+const one: Record<Verdict, string> = { pass: "passes", fail: "fails", undecided: "is undecided" };
+const several: Record<Verdict, string> = { pass: "pass", fail: "fail", undecided: "are undecided" };
+const mostOthers = 3; // criteria said after the foremost; all are in the table
+
 /** `timeoutMs`: the time limit that was asked for, if it is known. */
 export function wordingOf(result: Comparison, timeoutMs: number | null = null): Wording {
-  const { verdict } = result;
-  if (verdict === null) return withoutGate(result, timeoutMs);
-  const others = [regionsSentence(result, unitsOf(result)), zoneSentence(result), areaSentence(result), expectationsSentence(result)].filter((one) => one !== "").join(" ");
-  const rest = ofRest(result);
-  if (verdict !== distanceVerdict(rest)) return { tone: verdict, heading: headings[verdict], reason: others, proof: result.regions || result.gate?.zone || result.expectations ? "" : areaProofs[verdict] };
-  const words = verdict === "pass" ? forPass(rest) : verdict === "fail" ? forFail(rest) : forUndecided(rest, timeoutMs);
-  const reason = result.regions ? `Outside of the regions: ${words.reason}` : words.reason;
-  return { ...words, reason: others === "" ? reason : `${reason} ${others}` };
+  const { verdict } = result, first = foremostOf(result);
+  if (verdict === null || !first) return withoutGate(result, timeoutMs);
+  const { reason, proof } = wordsOf(first, result, timeoutMs);
+  const others = criteriaOf(result).filter((other) => other.name !== first.name && other.verdict === verdict);
+  const more = others.length - mostOthers;
+  const said = others.slice(0, mostOthers).map(({ finding }) => sentenceOf(finding));
+  if (more > 0) said.push(`${String(more)} more ${more === 1 ? one[verdict] : several[verdict]}.`);
+  return { tone: verdict, heading: headings[verdict], reason: [reason, ...said].join(" "), proof };
 }
 
-const headings: Record<Verdict, string> = { pass: "Pass", fail: "Fail", undecided: "Undecided" };
+function wordsOf(criterion: Criterion, result: Comparison, timeoutMs: number | null): Pick<Wording, "reason" | "proof"> {
+  const { verdict, finding } = criterion;
+  if (!isLimit(criterion)) return { reason: `Of the candidate (A) itself: ${withoutOverrides(finding)}.`, proof: "" };
+  if (criterion.of === "share") return { reason: sentenceOf(finding), proof: areaProofs[verdict] };
+  if (criterion.refused) return { reason: sentenceOf(finding), proof: "" };
+  const words = verdict === "pass" ? forPass(criterion, result) : verdict === "fail" ? forFail(criterion, result) : forUndecided(criterion, result, timeoutMs);
+  return { ...words, reason: withoutOverrides(placeWords(criterion)) + words.reason };
+}
+
+const sentenceOf = (finding: string): string => `${finding.charAt(0).toUpperCase()}${withoutOverrides(finding.slice(1))}.`;
 
 const areaProofs: Record<Verdict, string> = {
   pass: "The interval proves it: its upper end is a bound of the exact share, not an estimate from samples.",
@@ -109,69 +77,18 @@ const areaProofs: Record<Verdict, string> = {
   undecided: "What would decide: more time.",
 };
 
-// The verdict of max_distance alone; null: there is no such limit.
-function distanceVerdict({ gate, distance: { lower, upper } }: Comparison): Verdict | null {
-  const limit = gate?.max_distance ?? null;
-  if (limit === null) return null;
-  const uncertainty = gate?.uncertainty ?? 0;
-  if (upper !== null && upper <= limit - uncertainty) return "pass";
-  return lower > limit + uncertainty ? "fail" : "undecided";
+function figures({ lower, upper, limit, uncertainty, verdict }: Limit, units: string) {
+  const decided = verdict === "pass" ? limit - uncertainty : verdict === "fail" ? limit + uncertainty : limit; // of digits alone
+  const text = intervalText(lower, upper, decided);
+  const allowed = uncertainty ? `${withUnits(plain(limit), units)} ± ${withUnits(plain(uncertainty), units)}` : withUnits(text.limit, units);
+  return { lower: withUnits(text.lower, units), upper: withUnits(text.upper, units), limit: allowed };
 }
 
-/** What is known of the area beyond the limit's distance; "": there is no such limit. */
-export function areaSentence(result: Comparison): string {
-  const { gate, share_beyond: found } = result;
-  if (!gate?.max_share_beyond || !found) return "";
-  const { lower, upper } = found.share;
-  const from = toDigitsBelow(100 * lower, 4), to = toDigitsAbove(100 * (upper ?? 1), 4);
-  const most = inPercent(gate.max_share_beyond.share);
-  const range = lower === 0 ? `At most ${to} %` : `Between ${from} and ${to} %`;
-  const open = found.verdict === "undecided" ? `: whether at most ${most} is, is not decided` : `; at most ${most} may be`;
-  return `${range} of the area is farther than ${withUnits(plain(found.distance), unitsOf(result))}${open}.`;
-}
-
-/** What was found of the candidate itself, against what is expected; "": nothing is. */
-export function expectationsSentence({ expectations = [] }: Comparison): string {
-  const unmet = expectations.filter((one) => one.verdict !== "pass").map(({ name, verdict, found, expected }) => `${name} ${found}, expected ${expected}${verdict === "undecided" ? " (undecided)" : ""}`);
-  if (unmet.length > 0) return `Of the candidate (A) itself: ${unmet.join("; ")}.`;
-  return expectations.length === 0 ? "" : `The candidate (A) itself is as expected: ${expectations.map(({ name, found }) => `${name} ${found}`).join(", ")}.`;
-}
-
-/** How far the candidate reaches to each side of the baseline, or why it has no sides; "": there is no zone. */
-function zoneSentence({ gate, sides, ...result }: Comparison): string {
-  if (!gate?.zone || !sides) return "";
-  const { refused, inside, outside } = sides;
-  if (refused) return `Nothing is inside or outside of the baseline (B): ${refused.detail}.`;
-  if (!inside || !outside) return "";
-  const units = unitsOf(result), [below, above] = gate.zone, uncertainty = gate.uncertainty ?? 0;
-  const side = (name: string, { lower, upper }: NonNullable<typeof inside>, limit: number) => {
-    const text = intervalText(lower, upper, limit), allowed = withUnits(plain(limit), units) + (uncertainty ? ` ± ${withUnits(plain(uncertainty), units)}` : "");
-    const fails = lower > limit + uncertainty, passes = upper <= limit - uncertainty;
-    const found = fails
-      ? `at least ${withUnits(text.lower, units)}, beyond the limit of ${allowed}`
-      : passes
-        ? `at most ${withUnits(text.upper, units)}, within the limit of ${allowed}`
-        : `${intervalWords(lower, upper, units, limit)}, which does not decide the limit of ${allowed}`;
-    return { fails, words: `${name} of the baseline (B) the candidate reaches ${found}.` };
-  };
-  const both = [side("Inside", inside, 0 - below), side("Outside", outside, above)];
-  return both.sort((one, other) => Number(other.fails) - Number(one.fails)).map(({ words }) => words).join(" ");
-}
-
-function figures(result: Comparison) {
-  const { lower, upper } = result.distance;
-  const text = intervalText(lower, upper, result.gate?.max_distance ?? null);
-  const units = unitsOf(result);
-  const uncertainty = result.gate?.uncertainty ? ` ± ${withUnits(plain(result.gate.uncertainty), units)}` : "";
-  return { lower: withUnits(text.lower, units), upper: withUnits(text.upper, units), limit: withUnits(text.limit, units) + uncertainty };
-}
-
-function forPass(result: Comparison): Wording {
-  const { upper, limit } = figures(result);
+function forPass(criterion: Limit, result: Comparison): Pick<Wording, "reason" | "proof"> {
+  const { upper, limit } = figures(criterion, unitsOf(result));
+  const where = criterion.side ? `No point of the candidate (A) lies farther than ${limit} ${criterion.side} of the baseline (B)` : `${everyPoint[result.direction]} within ${limit} of ${otherMesh[result.direction]}`;
   return {
-    tone: "pass",
-    heading: "Pass",
-    reason: `${everyPoint[result.direction]} within ${limit} of ${otherMesh[result.direction]}: at most ${upper} away.`,
+    reason: `${where}: at most ${upper}${criterion.side ? "" : " away"}.`,
     proof: "The interval proves it: its upper end is a bound for every point, not the largest of some samples.",
   };
 }
@@ -188,46 +105,47 @@ const otherMesh: Record<Direction, string> = {
   b_to_a: "the candidate (A)",
 };
 
-function forFail(result: Comparison): Wording {
-  const { lower, limit } = figures(result);
-  const [witness] = witnessesOf(result);
-  if (!witness) return { tone: "fail", heading: "Fail", reason: `The distance is at least ${lower}; the limit is ${limit}.`, proof: provedFail };
-  const other = witness.from === "a" ? "b" : "a";
-  const lacking = witness.from === "b" ? ` The ${meshName.a} lacks what the ${meshName.b} has there, or has it elsewhere.` : "";
+function forFail(criterion: Limit, result: Comparison): Pick<Wording, "reason" | "proof"> {
+  const units = unitsOf(result), { lower, limit } = figures(criterion, units), { witness, side } = criterion;
+  if (!witness) return { reason: side ? sentenceOf(criterion.finding) : `The distance is at least ${lower}; the limit is ${limit}.`, proof: provedFail };
+  const other = witness.on === "a" ? "b" : "a";
+  const from = side ? `${side} of` : "from";
+  const lacking = witness.on === "b" ? ` The ${meshName.a} lacks what the ${meshName.b} has there, or has it elsewhere.` : "";
   return {
-    tone: "fail",
-    heading: "Fail",
     reason:
-      `The point ${withUnits(pointText(witness.point), unitsOf(result))} of the ${meshName[witness.from]}, on ${pieceOf(result, witness.from)} ${String(witness.triangle)}, ` +
-      `is ${lower} or more from the ${meshName[other]}. The limit is ${limit}.${lacking}`,
-    proof: provedFail,
+      `The point ${withUnits(pointText(witness.point), units)} of the ${meshName[witness.on]}, on ${pieceOf(result, witness.on)} ${String(witness.triangle)}, ` +
+      `is ${lower} or more ${from} the ${meshName[other]}. The limit is ${limit}.${lacking}`,
+    proof: "The interval proves it: its lower end is attained at that point, and is above the limit.",
   };
 }
 
-const provedFail = "The interval proves it: its lower end is attained at that point, and is above the limit.";
+const provedFail = "The interval proves it: its lower end is above the limit.";
 
-function forUndecided(result: Comparison, timeoutMs: number | null): Wording {
-  const { lower, upper } = result.distance;
-  const { limit } = figures(result);
-  const range = intervalWords(lower, upper, unitsOf(result), result.gate?.max_distance ?? null);
-  const known = range === "not known yet" ? "Nothing is known of the distance yet" : `The distance is ${between(range)}`;
-  const limitWords = decidingLimit(result);
-  const effort = moreEffort(result.status, timeoutMs);
-  const either = [limitWords, effort].filter((one) => one !== "").join(", or ");
+function forUndecided(criterion: Limit, result: Comparison, timeoutMs: number | null): Pick<Wording, "reason" | "proof"> {
+  const units = unitsOf(result), { lower, upper, limit, side } = criterion;
+  const range = intervalWords(lower, upper, units, limit), what = side ? `distance ${side}` : "distance";
+  const known = range === "not known yet" ? `Nothing is known of the ${what} yet` : `The ${what} is ${between(range)}`;
+  const status = endOf(criterion, result);
+  const effort = moreEffort(status, timeoutMs);
+  const either = [decidingLimit(criterion, units), effort].filter((one) => one !== "").join(", or ");
   return {
-    tone: "undecided",
-    heading: "Undecided",
-    reason: `${known}, and the limit of ${limit} is not decided by that: ${whyEnded[result.status]}.`,
+    reason: `${known}, and the limit of ${figures(criterion, units).limit} is not decided by that: ${whyEnded[status]}.`,
     proof: effort === "" ? `Decided by ${either}. The limit is within rounding error of the distance.` : `What would decide: ${either}.`,
   };
 }
 
+// Work on sides that is complete was as narrow as asked.
+function endOf({ status }: Criterion, result: Comparison): Status {
+  if (status === "complete") return "converged";
+  return status && status in whyEnded ? (status as Status) : result.status;
+}
+
 const between = (range: string) => (range.includes(" to ") ? `between ${range.replace(" to ", " and ")}` : range);
 
-function decidingLimit(result: Comparison): string {
-  const { lower, upper } = result.distance;
-  const units = unitsOf(result);
+// With an uncertainty there are two numbers to change.
+function decidingLimit({ lower, upper, uncertainty }: Limit, units: string): string {
   const parts: string[] = [];
+  if (uncertainty > 0) return "";
   if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper, 6), units)} (pass)`);
   if (lower > 0) parts.push(`below ${withUnits(toDigitsBelow(lower, 6), units)} (fail)`);
   return parts.length === 0 ? "" : `a limit ${parts.join(" or ")}`;
@@ -297,7 +215,21 @@ export function statusSentence(result: Comparison): string {
 
 /** The title of the browser's tab. */
 export function titleOf(result: Comparison): string {
-  const range = intervalWords(result.distance.lower, result.distance.upper, unitsOf(result), result.gate?.max_distance ?? null);
-  const { tone, heading } = wordingOf(result);
-  return `${tone === "measured" ? range : `${heading}: ${range}`} · meshgauge`;
+  const { tone, heading } = wordingOf(result), first = foremostOf(result);
+  const { lower, upper } = result.distance;
+  return `${tone === "measured" || !first ? intervalWords(lower, upper, unitsOf(result)) : `${heading}: ${shortWords(first, result)}`} · meshgauge`;
+}
+
+/** "0.0968 to 0.0976 mm", "distance in bore 0.5 to 0.6 mm", "watertight" */
+export function shortWords(criterion: Criterion, result: Comparison): string {
+  const name = criterion.name === "distance" ? "" : withoutOverrides(criterion.name);
+  return [name, rangeOf(criterion, result)].filter((one) => one !== "").join(" ");
+}
+
+/** What is known of a limit, as "0.0968 to 0.0976 mm" or "0.21 to 0.27 %"; "" of an expectation. */
+export function rangeOf(criterion: Criterion, result: Comparison): string {
+  if (!isLimit(criterion)) return "";
+  const { lower, upper, limit } = criterion;
+  if (criterion.of !== "share") return intervalWords(lower, upper, unitsOf(result), limit);
+  return upper === null ? "" : `${toDigitsBelow(100 * lower, 4)} to ${inPercentAbove(upper, 4)}`;
 }

@@ -1,0 +1,80 @@
+// The criteria of a result: each limit and each expectation, with what is known of it.
+import type { Comparison, Directed, Side, Vec3 } from "../api/types.js";
+
+export type Criterion = Comparison["criteria"][number];
+
+/** One with an interval: of a distance, or of a share of the area. */
+export type Limit = Criterion & Required<Pick<Criterion, "limit" | "lower" | "upper" | "uncertainty">>;
+
+const rest = "rest";
+
+export function isLimit(criterion: Criterion): criterion is Limit {
+  return criterion.of !== "expectation";
+}
+
+/** In the order of the request; none: nothing was limited or expected. */
+export function criteriaOf(result: Comparison): Criterion[] {
+  const { criteria } = result as Partial<Comparison>;
+  return criteria?.length ? criteria : ofOldResult(result);
+}
+
+/** The one to show where there is room for one: the worst, and of those the one farthest beyond its limit or nearest to it. */
+export function foremostOf(result: Comparison): Criterion | null {
+  const criteria = criteriaOf(result);
+  return criteria.find(({ name }) => name === result.foremost) ?? criteria.find(({ verdict }) => verdict === result.verdict) ?? null;
+}
+
+// Results of before 0.2.0 have no criteria, and one limit.
+function ofOldResult(result: Comparison): Criterion[] {
+  const { gate, verdict, distance, status } = result;
+  if (!verdict || !gate || gate.max_distance === null) return [];
+  const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
+  const at = found.sort((one, other) => other.lower - one.lower)[0];
+  const witness = at ? { on: at.from, point: at.point, triangle: at.triangle, nearest_point: at.nearest, nearest_triangle: at.nearestTriangle } : null;
+  return [{ name: "distance", of: "distance", verdict, finding: "", region: null, side: null, limit: gate.max_distance, uncertainty: 0, ...distance, status, witness }];
+}
+
+/** "", "In bore: ", "Outside of the regions: " */
+export function placeWords({ region }: Criterion): string {
+  if (!region) return "";
+  return region === rest ? "Outside of the regions: " : `In ${region}: `;
+}
+
+/** A point at least `lower` away from the other mesh. */
+export interface FoundWitness {
+  from: Side;
+  point: Vec3;
+  nearest: Vec3; // that of a side is not known: the point itself
+  lower: number;
+  upper: number;
+  triangle: number;
+  nearestTriangle: number;
+}
+
+/** One per direction that has one; the first attains the lower end of the interval. */
+export function witnessesOf(result: Comparison): FoundWitness[] {
+  const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
+  return found.sort((one, other) => other.lower - one.lower);
+}
+
+/** The same, but first the point of a limit that is not kept, as of a region or a side. */
+export function witnessesToShow(result: Comparison): FoundWitness[] {
+  const found = witnessesOf(result), first = result.verdict === "pass" ? null : foremostWitness(result);
+  return first ? [first, ...found.filter(({ from }) => from !== first.from)] : found;
+}
+
+// The foremost criterion may have no point, as an expectation.
+function foremostWitness(result: Comparison): FoundWitness | null {
+  const worst = criteriaOf(result).filter((one) => one.verdict === result.verdict && one.witness);
+  const shown = worst.find(({ name }) => name === result.foremost) ?? worst[0];
+  if (!shown?.witness) return null;
+  const { on, point, triangle, nearest_point, nearest_triangle } = shown.witness;
+  return { from: on, point, nearest: nearest_point ?? point, lower: shown.lower ?? 0, upper: shown.upper ?? Infinity, triangle, nearestTriangle: nearest_triangle ?? 0 };
+}
+
+function witnessOf(from: Side, directed: Directed | null): FoundWitness | null {
+  if (!directed?.witness) return null;
+  const { point_a, point_b, triangle_a, triangle_b } = directed.witness;
+  const { lower, upper } = directed;
+  return { from, point: point_a, nearest: point_b, lower, upper: upper ?? Infinity, triangle: triangle_a, nearestTriangle: triangle_b };
+}
