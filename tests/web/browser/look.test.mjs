@@ -32,7 +32,7 @@ const states = {
     await walk.page.locator("#run-view .band").waitFor();
   },
   async result(walk) {
-    await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.02", units: "mm" });
+    await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.02", outside: "1", units: "mm" });
     await walk.page.locator("#more").evaluate((more) => (more.open = true));
     await walk.page.locator("#statistics").check();
     await walk.measure();
@@ -45,6 +45,19 @@ const states = {
     await walk.page.waitForFunction(() => document.querySelector("#trouble")?.textContent !== "");
   },
 };
+
+// Labels of the colour bar that lie on another.
+const overprinted = () => {
+  const seen = [...document.querySelectorAll(".viewer-tick")].filter((one) => one.textContent && getComputedStyle(one).visibility === "visible");
+  const boxes = seen.map((one) => {
+    const range = document.createRange();
+    range.selectNodeContents(one);
+    return { text: one.textContent, box: range.getBoundingClientRect() };
+  });
+  return boxes.flatMap(({ text, box }, i) => boxes.slice(i + 1).filter(({ box: b }) => box.left < b.right && b.left < box.right && box.top < b.bottom && b.top < box.bottom).map((one) => `${text} / ${one.text}`));
+};
+
+const stageColours = () => [...document.querySelectorAll(".swatch rect")].map((one) => getComputedStyle(one).fill);
 
 let tab = null;
 for (const [state, reach] of Object.entries(states))
@@ -61,9 +74,19 @@ for (const [state, reach] of Object.entries(states))
         await tab.shot(`look_${state}_${look.replace(" ", "_")}`, { whole: true });
         const { wide, room } = await tab.page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
         assert.ok(wide <= room, `${wide} pixels wide in a window of ${room}`);
+        assert.deepEqual(await tab.page.evaluate(overprinted), []);
+        if (state === "form" && height >= 480) {
+          const { y, height: tall } = await tab.page.locator("#measure").boundingBox();
+          assert.ok(y + tall <= height, "Measure is seen without scrolling");
+        }
         if (checked) assert.deepEqual(await faults(tab), []);
         assert.deepEqual(tab.foreign, []);
       });
+    if (state === "result") {
+      const colours = await tab.page.evaluate(stageColours);
+      assert.ok(colours.length > 5 && new Set(colours).size === colours.length, colours.join(" "));
+      assert.ok(!colours.includes("rgb(0, 0, 0)"), "each stage has a colour");
+    }
     if (state === "running") {
       assert.ok(await tab.page.locator("#run-view").isVisible(), "it still runs");
       await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });

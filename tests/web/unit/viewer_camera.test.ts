@@ -75,6 +75,15 @@ test("the whole view holds the ball, the planes leave nothing of it out", () => 
   assert.ok(inside.near > 0 && inside.near < 0.01);
 });
 
+test("the whole view is from where the point is seen, and from the front if it is seen from there or from nowhere", () => {
+  const whole = (sees: (from: Vec3) => boolean) => wholeView([0, 0, 0], 2, [0, 0, 1], 35, 1, sees).position;
+  const usual = whole(() => true);
+  assert.ok(usual[0] > 0 && usual[1] < 0 && usual[2] > 0);
+  assert.deepEqual(whole(() => false), usual);
+  assert.ok(whole(([, y]) => y > 0)[1] > 0, "from behind");
+  assert.ok(whole(([, , z]) => z < 0)[2] < 0, "from below");
+});
+
 test("the view of a witness has both points well inside and apart, from where nothing covers them", () => {
   const pair = { point: [0, 0, 1] as Vec3, nearest: [0, 0, 1.05] as Vec3 };
   const ball = new Rays(sphere(24));

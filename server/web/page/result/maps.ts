@@ -55,6 +55,7 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
     const { inside, outside } = result.sides ?? {};
     const viewer = mountViewer(host, {
       ...maps,
+      ...(result.direction === "symmetric" ? {} : { measured: [result.direction === "a_to_b" ? "a" : "b"] as Side[] }),
       limit: result.gate?.max_distance ?? null,
       ...(result.gate?.zone ? { zone: { inside: -result.gate.zone[0], outside: result.gate.zone[1] } } : {}),
       ...(inside && outside ? { reached: { inside: inside.lower, outside: outside.lower } } : {}),

@@ -29,7 +29,7 @@ const advices: Record<string, string> = {
   "too-large": "Send a smaller file or a gzip-compressed one, or ask the service's operator for a higher limit.",
   "unsupported-format": "Export the mesh as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.",
   "unreadable-mesh": "The file is damaged or truncated: export it again, and check the program that wrote it.",
-  "empty-mesh": "There is no surface to measure: check the program that wrote the file. A point cloud is measured in one direction, under “More settings”.",
+  "empty-mesh": "There is no surface to measure: check the program that wrote the file. A point cloud is measured in one direction: choose “From A to B” under “Direction”.",
   "non-finite-vertex": "Export the mesh again: a coordinate is not a finite number.",
   "index-out-of-range": "The file is inconsistent: export it again, and check the program that wrote it.",
   "coordinate-too-large": "Scale the mesh down: squares of such coordinates no longer fit a floating-point number.",

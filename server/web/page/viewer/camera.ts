@@ -78,12 +78,18 @@ export function nearFar(position: Vec3, target: Vec3, centre: Vec3, radius: numb
   return { near, far };
 }
 
-// Upwards, towards the viewer and slightly aside.
-export function wholeView(centre: Vec3, radius: number, up: Vec3, fov: number, aspect: number): Pick<CameraState, "position" | "target" | "up"> {
+// From the front, slightly aside and from above; of its mirror images the first from which `sees` what is to be seen.
+export function wholeView(centre: Vec3, radius: number, up: Vec3, fov: number, aspect: number, sees: (from: Vec3) => boolean = () => true): Pick<CameraState, "position" | "target" | "up"> {
   const [front, side] = up[1] > 0.5 ? ([[0, 0, 1], [1, 0, 0]] as Vec3[]) : ([[0, -1, 0], [1, 0, 0]] as Vec3[]);
-  const toward = unit(add(add(scale(front!, 1), scale(side!, 0.6)), scale(up, 0.5)));
-  return { position: add(centre, scale(toward, distanceFor(radius, fov, aspect))), target: centre, up };
+  const away = distanceFor(radius, fov, aspect);
+  const from = mirrored.map(([toFront, aside, above]) => {
+    const toward = unit(add(add(scale(front!, toFront), scale(side!, 0.6 * aside)), scale(up, 0.5 * above)));
+    return add(centre, scale(toward, away));
+  });
+  return { position: from.find(sees) ?? from[0]!, target: centre, up };
 }
+
+const mirrored: Vec3[] = [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [-1, -1, 1], [1, 1, -1], [1, -1, -1], [-1, 1, -1], [-1, -1, -1]];
 
 export const kViews: Record<string, Vec3> = {
   "+x": [1, 0, 0],

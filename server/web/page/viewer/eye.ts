@@ -33,6 +33,7 @@ export class Eye {
     private readonly centre: Vec3,
     private readonly radius: number,
     private readonly changed: () => void,
+    private readonly sees: (from: Vec3) => boolean, // what the whole view is to show
   ) {
     lens.up.set(0, 0, 1);
     this.controls = this.makeControls();
@@ -83,7 +84,7 @@ export class Eye {
 
   whole(): void {
     this.flying?.landed();
-    this.setPose(wholeView(this.centre, this.radius, this.pose().up, this.fov, 1));
+    this.setPose(wholeView(this.centre, this.radius, this.pose().up, this.fov, 1, this.sees));
   }
 
   // Looks along an axis: '+x' looks from there.

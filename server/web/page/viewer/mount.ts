@@ -48,12 +48,15 @@ export function mountViewer(host: HTMLElement, input: ViewerInput): ViewerHandle
 const kLight: Tones = { faded: [165, 168, 176], section: [222, 214, 200], tint: [112, 128, 156], line: [20, 24, 34] };
 const kDark: Tones = { faded: [74, 77, 86], section: [150, 142, 130], tint: [176, 192, 220], line: [235, 238, 245] };
 
-// The end of the colours: the limit, or the largest distance of both meshes.
-export function colourScaleOf({ a, b, limit, zone }: ViewerInput, areas: Record<Side, AreaDistribution>): ColourScale {
+// The end of the colours: the limit, or the largest distance that was asked for.
+export function colourScaleOf({ a, b, limit, zone, measured = ["a", "b"] }: ViewerInput, areas: Record<Side, AreaDistribution>): ColourScale {
   const sides = zone ? { zone } : {};
   if (limit !== null) return { top: limit, limited: true, ...sides };
-  const largest = [a, b].map(({ scale }) => (scale && !scale.limited ? scale.top : 0));
-  return { top: Math.max(areas.a.largest, areas.b.largest, ...largest), limited: false, ...sides };
+  const largest = measured.map((side) => {
+    const { scale } = side === "a" ? a : b;
+    return Math.max(areas[side].largest, scale && !scale.limited ? scale.top : 0);
+  });
+  return { top: Math.max(...largest), limited: false, ...sides };
 }
 
 class Viewer {

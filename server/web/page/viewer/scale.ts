@@ -9,6 +9,7 @@ import { nameOf, other, pathsOf, type Side, type Store, type ViewerInput } from 
 
 const kBins = 120; // a multiple of 5, so that an edge is at the limit
 const kHeight = 100;
+const kGap = 6; // px between labels
 
 export class Scale {
   readonly element = make("section", { class: "viewer-scale", attributes: { "aria-label": "Distances" } });
@@ -40,6 +41,7 @@ export class Scale {
     this.track.append(this.bars, this.bar, ...this.makeTicks(), this.ends.from, this.ends.to);
     this.element.append(this.caption, this.track, make("div", { class: "viewer-line" }, [this.words, this.clear]));
     this.listen();
+    new ResizeObserver(() => this.settleTicks()).observe(this.track);
     let drawn = "";
     store.watch(({ coloured, split }) => {
       if (drawn === coloured + String(split)) return;
@@ -90,6 +92,23 @@ export class Scale {
     });
     if (split < 1) made.push(this.tick(1, withUnits(figure(largest, 3), this.units), "viewer-last"));
     return made;
+  }
+
+  // Among labels that touch, the limit's stays, then the last, then the others from the left; the last goes a line down instead.
+  private settleTicks(): void {
+    const all = [...this.track.querySelectorAll<HTMLElement>(".viewer-tick")];
+    const rank = (one: HTMLElement): number => (one.classList.contains("viewer-limit") ? 0 : one.classList.contains("viewer-last") ? 1 : 2);
+    const seen: DOMRect[] = [];
+    let deep = false;
+    for (const one of all.sort((x, y) => rank(x) - rank(y))) {
+      one.classList.remove("viewer-below", "viewer-unseen");
+      const { left, right } = one.getBoundingClientRect();
+      const touches = seen.some((other) => left < other.right + kGap && other.left - kGap < right);
+      if (touches) one.classList.add(rank(one) === 1 ? "viewer-below" : "viewer-unseen");
+      else seen.push(one.getBoundingClientRect());
+      deep ||= touches && rank(one) === 1;
+    }
+    this.track.classList.toggle("viewer-deep", deep);
   }
 
   private tick(place: number, text: string, kind: string): HTMLElement {

@@ -37,6 +37,7 @@ export interface Witness {
 export interface ViewerInput {
   a: DeviationMap; // coloured by its distance to B
   b: DeviationMap; // coloured by its distance to A
+  measured?: Side[]; // the meshes whose distance to the other was asked for; by default both
   limit: number | null;
   zone?: { inside: number; outside: number }; // limits of A on each side of B, not negative
   reached?: { inside: number; outside: number }; // how far A reaches there at least, proved

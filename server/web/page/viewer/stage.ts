@@ -85,7 +85,9 @@ export class Stage {
       this.refiner = new Refiner(this.renderer, this.scene, this.lens);
       for (const surface of Object.values(this.surfaces)) surface.prepareCoarse();
     }
-    this.eye = new Eye(this.lens, canvas, this.centre, this.radius, () => this.changed());
+    const first = input.witnesses[0];
+    const sees = (from: Vec3): boolean => !first || this.isFree(from, first.point);
+    this.eye = new Eye(this.lens, canvas, this.centre, this.radius, () => this.changed(), sees);
     store.watch(() => this.settingsChanged());
   }
 
