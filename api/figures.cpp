@@ -1,10 +1,10 @@
 #include "api/figures.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 
-#include "api/decimal.h"
 #include "api/with_unit.h"
 
 namespace meshgauge::api {
@@ -112,7 +112,16 @@ std::string in_time(double ms) {
 }
 
 std::string in_words(const Vec3& point) {
-  return "(" + shortest(point.x()) + ", " + shortest(point.y()) + ", " + shortest(point.z()) + ")";
+  constexpr int kPointDigits = 7, kLeastDecimals = 4;
+  const double largest = point.cwiseAbs().maxCoeff();
+  const int before = largest > 0 ? static_cast<int>(std::floor(std::log10(largest))) + 1 : 0;
+  const int decimals = std::max(kPointDigits - before, kLeastDecimals);
+  const auto text = [decimals](double x) {
+    char digits[512];
+    const auto end = std::to_chars(digits, digits + sizeof digits, x, std::chars_format::fixed, decimals).ptr;
+    return plain(parsed({digits, end}) + 0.0);  // + 0.0: -0 is 0
+  };
+  return "(" + text(point.x()) + ", " + text(point.y()) + ", " + text(point.z()) + ")";
 }
 
 std::string edges_in_words(std::uint64_t count, std::string_view kind, const Vec3& first, std::string_view unit) {

@@ -23,14 +23,16 @@ struct IntervalText {
 };
 
 // Formats the bounds with as few digits as tell them apart, up to six, and with enough that each stays on its side of
-// the limit.
+// the limit, which is infinite where there is none.
 IntervalText to_text(double lower, double upper, double limit);
 
 std::string grouped(std::uint64_t count);   // "1,234,567"
 std::string in_bytes(std::uint64_t bytes);  // "1.4 MB"
 std::string in_time(double ms);             // "1.4 s"
 
-std::string in_words(const Vec3& point);  // "(1, 2.5, 3)", each number by shortest()
+// Returns "(1, 2.5, 3)": seven digits of the largest coordinate, so that 5.55e-17 beside 12.5 is 0, and at least four
+// decimals, so that points far from the origin stay apart.
+std::string in_words(const Vec3& point);
 
 // Returns "4 open edges, the first at (0.5, 0, 1) mm" for the kind "open". `unit` may be empty.
 std::string edges_in_words(std::uint64_t count, std::string_view kind, const Vec3& first, std::string_view unit);

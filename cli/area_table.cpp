@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "api/area_json.h"
 #include "api/decimal.h"
+#include "api/figures.h"
 #include "api/names.h"
 #include "api/with_unit.h"
 
@@ -22,9 +24,8 @@ std::string percent_range(const AreaInterval& share) {
 }
 
 std::string length_range(const AreaInterval& length) {
-  char text[80];
-  std::snprintf(text, sizeof text, "%.17g .. %.17g", length.lower, length.upper);
-  return text;
+  const api::IntervalText text = api::to_text(length.lower, length.upper, std::numeric_limits<double>::infinity());
+  return text.lower + " .. " + text.upper;
 }
 
 std::string percentile(double share) {

@@ -2,14 +2,15 @@
 
 #include <cstdarg>
 #include <cstdio>
+#include <limits>
 
 #include "api/criteria.h"
+#include "api/figures.h"
 #include "api/gate.h"
 #include "api/names.h"
 #include "api/notes.h"
 #include "api/region_json.h"
 #include "api/with_unit.h"
-#include "check/text.h"
 #include "cli/area_table.h"
 #include "cli/statistics_table.h"
 
@@ -17,7 +18,6 @@ namespace meshgauge::cli {
 namespace {
 
 using api::Comparison;
-using check::shortest;
 using Unit = std::optional<api::LengthUnit>;  // unit of all measured lengths
 
 __attribute__((format(printf, 2, 3))) void append(std::string& out, const char* format, ...) {
@@ -27,6 +27,15 @@ __attribute__((format(printf, 2, 3))) void append(std::string& out, const char* 
   std::vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
   out += line;
+}
+
+constexpr int kDigits = 6;
+
+// "0.603022 .. 0.603023 mm", rounded outwards, with more digits where a limit needs them.
+std::string range(double lower, double upper, const Unit& unit,
+                  double limit = std::numeric_limits<double>::infinity()) {
+  const api::IntervalText text = api::to_text(lower, upper, limit);
+  return text.lower + " .. " + api::with_unit(text.upper, unit);
 }
 
 std::string reason(const Outcome& outcome) {
@@ -47,7 +56,7 @@ void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, co
                                                      std::to_string(mesh.degenerate) + " degenerate)";
   append(out, "%-9s %s, %s, %zu vertices, diagonal %s, unit %s\n", name,
          std::string(api::to_string(mesh.format)).c_str(), surface.c_str(), mesh.vertices,
-         shortest(mesh.diagonal).c_str(), described(unit).c_str());
+         api::to_digits(mesh.diagonal, kDigits).c_str(), described(unit).c_str());
   for (const std::string& note : api::notes_of(mesh)) append(out, "  %s\n", note.c_str());
 }
 
@@ -61,8 +70,7 @@ void add_topology(std::string& out, const char* name, const Topology& found, con
   append(out, "%-9s %swatertight, %soriented, components %zu, Euler characteristic %lld", name, is(found.watertight()),
          is(found.oriented()), found.components, static_cast<long long>(found.euler_characteristic));
   if (found.volume)
-    append(out, ", volume %s .. %s", shortest(found.volume->lower).c_str(),
-           (api::with_unit(shortest(found.volume->upper), unit) + (unit ? "^3" : "")).c_str());
+    append(out, ", volume %s%s", range(found.volume->lower, found.volume->upper, unit).c_str(), unit ? "^3" : "");
   out += "\n";
   add_edges(out, "open", found.open, unit);
   add_edges(out, "non-manifold", found.non_manifold, unit);
@@ -73,8 +81,8 @@ void add_topology(std::string& out, const char* name, const Topology& found, con
 void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed,
                    const api::MeshFacts& from, const Unit& unit) {
   if (!directed) return;
-  append(out, "%-9s %s .. %s, culled %.2f %% (%zu of %zu %s left)\n", name, shortest(directed->bounds.lower).c_str(),
-         api::with_unit(shortest(directed->bounds.upper), unit).c_str(), 100 * directed->culling.rate(),
+  append(out, "%-9s %s, culled %.2f %% (%zu of %zu %s left)\n", name,
+         range(directed->bounds.lower, directed->bounds.upper, unit).c_str(), 100 * directed->culling.rate(),
          directed->culling.survivors, directed->culling.triangles, from.notes.cloud ? "points" : "triangles");
   if (const auto& witness = directed->bounds.witness) {
     append(out, "  witness %s on %s %u\n", api::with_unit(api::in_words(witness->point_a), unit).c_str(),
@@ -109,8 +117,7 @@ void add_regions(std::string& out, const Comparison& comparison) {
     const bool is_rest = i == comparison.options.regions.size();
     out += "region    " + (is_rest ? std::string(api::kRest) : comparison.options.regions[i].name) + ": ";
     out += regions[i].empty ? "no surface\n"
-                            : shortest(regions[i].lower) + " .. " +
-                                  api::with_unit(shortest(regions[i].upper), comparison.units.result.unit) + "\n";
+                            : range(regions[i].lower, regions[i].upper, comparison.units.result.unit) + "\n";
   }
 }
 
@@ -137,11 +144,12 @@ void add_engine(std::string& out, const Comparison& comparison) {
 std::string to_table(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
   const Unit& unit = comparison.units.result.unit;
-  const auto in_unit = [&unit](double length) { return api::with_unit(shortest(length), unit); };
+  const double limit = comparison.options.max_distance.value_or(std::numeric_limits<double>::infinity());
   std::string out;
-  append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(), in_unit(outcome.upper).c_str(),
+  append(out, "distance  %s, %s\n", range(outcome.lower, outcome.upper, unit, limit).c_str(),
          std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
-  append(out, "width     %s, %s\n", in_unit(outcome.upper - outcome.lower).c_str(), reason(outcome).c_str());
+  append(out, "width     %s, %s\n", api::with_unit(api::to_digits(outcome.upper - outcome.lower, 3), unit).c_str(),
+         reason(outcome).c_str());
   add_verdict(out, comparison);
   add_regions(out, comparison);
   add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);

@@ -15,7 +15,7 @@ namespace {
 
 using api::with_unit;
 
-constexpr int kDigits = 6;  // of a coordinate
+constexpr int kDigits = 6;
 
 std::string escape(const char* format, std::uint32_t value) {
   std::array<char, 16> text{};
@@ -50,10 +50,6 @@ std::string visible(std::string_view bytes, bool keep_lines) {
 
 std::string unit_of(const GateOutcome& outcome, const Criterion& criterion) {
   return criterion.beyond ? "%" : outcome.unit();
-}
-
-std::string point(const Vec3& p) {
-  return "(" + to_digits(p.x(), kDigits) + ", " + to_digits(p.y(), kDigits) + ", " + to_digits(p.z(), kDigits) + ")";
 }
 
 std::string in_percent_of_diagonal(double share) { return to_digits(100 * share, kDigits) + " %"; }
@@ -196,8 +192,8 @@ std::string witness_of(const GateOutcome& outcome) {
   const Witness& witness = *outcome.measured->witness;
   const std::string from = witness.on_candidate ? "candidate" : "baseline";
   const std::string to = witness.on_candidate ? "baseline" : "candidate";
-  return with_unit(point(witness.from), outcome.unit()) + " on " + outcome.measured->place_of_witness() + " of the " +
-         from + "; nearest is " + with_unit(point(witness.to), outcome.unit()) + " on triangle " +
+  return with_unit(api::in_words(witness.from), outcome.unit()) + " on " + outcome.measured->place_of_witness() +
+         " of the " + from + "; nearest is " + with_unit(api::in_words(witness.to), outcome.unit()) + " on triangle " +
          std::to_string(witness.to_triangle) + " of the " + to;
 }
 
