@@ -142,28 +142,49 @@ std::string filter(const Report& report) {
   return out + "</fieldset>\n";
 }
 
-// The row of one limit of several, below that of its gate.
-std::string criterion_row(const CriterionWords& words, const std::string& kind_of_gate) {
-  const Verdict verdict = verdict_of(words.criterion.verdict);
-  const std::string kind(to_string(verdict));
-  return "<tr class=\"gate criterion " + kind_of_gate + "\"><td><span class=\"badge " + kind + "\">" + icon(verdict) +
-         kind + "</span></td><th scope=\"row\">" + escaped(words.name) + "</th><td class=\"number\">" +
-         escaped(words.interval) + "</td><td class=\"number\">" + escaped(words.limit) + "</td><td class=\"wide\">" +
-         interval_line(words.criterion) + "</td></tr>\n";
+struct Row {
+  Verdict verdict;
+  std::string name, found, limit, line;
+};
+
+// The row of one criterion, below that of its gate.
+std::string criterion_row(const Row& row, const std::string& kind_of_gate) {
+  const std::string kind(to_string(row.verdict));
+  return "<tr class=\"gate criterion " + kind_of_gate + "\"><td><span class=\"badge " + kind + "\">" +
+         icon(row.verdict) + kind + "</span></td><th scope=\"row\">" + escaped(row.name) +
+         "</th><td class=\"number\">" + escaped(row.found) + "</td><td class=\"number limit\">" + escaped(row.limit) +
+         "</td><td class=\"wide\">" + row.line + "</td></tr>\n";
+}
+
+// All limits where there are several, and each expectation that is not met.
+std::string criterion_rows(const GateOutcome& outcome, const std::string& kind_of_gate) {
+  std::string out;
+  const auto limits = criteria_in_words(outcome);
+  const auto unmet = [](const Expectation& one) { return one.verdict != api::Verdict::pass; };
+  const bool has_unmet = std::ranges::any_of(outcome.expectations, unmet);
+  if (limits.size() > 1 || has_unmet) {
+    for (const CriterionWords& one : limits)
+      out += criterion_row(
+          {verdict_of(one.criterion.verdict), one.name, one.interval, one.limit, interval_line(one.criterion)},
+          kind_of_gate);
+  }
+  for (const Expectation& one : outcome.expectations) {
+    if (unmet(one))
+      out +=
+          criterion_row({verdict_of(one.verdict), one.name, one.found, "expected " + one.expected, ""}, kind_of_gate);
+  }
+  return out;
 }
 
 std::string index_row(const GateOutcome& outcome, std::size_t index) {
   const std::string kind(to_string(outcome.verdict()));
-  std::string out = "<tr class=\"gate " + kind + "\"><td><span class=\"badge " + kind + "\">" +
-                    icon(outcome.verdict()) + kind + "</span></td><th scope=\"row\"><a href=\"#" + gate_id(index) +
-                    "\">" + escaped(outcome.gate.name) + "</a></th><td class=\"number\">" +
-                    (outcome.measured ? escaped(interval_of(outcome)) : "none") + "</td><td class=\"number\">" +
-                    escaped(limit_of(outcome)) + "</td><td class=\"wide\">" +
-                    (outcome.measured ? interval_line(outcome.measured->foremost()) : "") + "</td></tr>\n";
-  const auto all = criteria_in_words(outcome);
-  if (all.size() < 2) return out;
-  for (const CriterionWords& one : all) out += criterion_row(one, kind);
-  return out;
+  const std::string out = "<tr class=\"gate " + kind + "\"><td><span class=\"badge " + kind + "\">" +
+                          icon(outcome.verdict()) + kind + "</span></td><th scope=\"row\"><a href=\"#" +
+                          gate_id(index) + "\">" + escaped(outcome.gate.name) + "</a></th><td class=\"number\">" +
+                          (outcome.measured ? escaped(interval_of(outcome)) : "none") +
+                          "</td><td class=\"number limit\">" + escaped(limit_of(outcome)) + "</td><td class=\"wide\">" +
+                          (outcome.measured ? interval_line(outcome.measured->foremost()) : "") + "</td></tr>\n";
+  return out + criterion_rows(outcome, kind);
 }
 
 std::string index_of(const Report& report, const std::vector<std::size_t>& order) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "api/compare.h"
+#include "api/figures.h"
 #include "api/formats/detect.h"
 #include "api/request.h"
 #include "api/with_unit.h"
@@ -12,7 +13,9 @@
 namespace meshgauge::check {
 namespace {
 
-using api::with_unit;
+using api::to_digits_above, api::to_digits_below, api::with_unit;
+
+constexpr int kDigits = 6;
 
 std::string seconds(std::chrono::milliseconds time) {
   return shortest(static_cast<double>(time.count()) / 1000) + " s";
@@ -30,7 +33,8 @@ std::string for_side(const GateOutcome& outcome) {
   if (!place || place->side.empty()) return "";
   return "Look at " + with_unit(in_words(place->at->point), outcome.unit()) + " on triangle " +
          std::to_string(place->at->triangle) + " of the candidate: it is " +
-         with_unit(shortest(place->lower), outcome.unit()) + " or more " + place->side + " of the baseline.";
+         with_unit(to_digits_below(place->lower, kDigits), outcome.unit()) + " or more " + place->side +
+         " of the baseline.";
 }
 
 std::string for_fail(const GateOutcome& outcome) {
@@ -42,8 +46,9 @@ std::string for_fail(const GateOutcome& outcome) {
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   return "Look at " + with_unit(in_words(witness->from), unit) + " on " + measured.place_of_witness() + " of the " +
-         from + ": it is " + with_unit(shortest(measured.reached), unit) + " or more from the " + to + ", nearest to " +
-         with_unit(in_words(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) + "." +
+         from + ": it is " + with_unit(to_digits_below(measured.reached, kDigits), unit) + " or more from the " + to +
+         ", nearest to " + with_unit(in_words(witness->to), unit) + " on triangle " +
+         std::to_string(witness->to_triangle) + "." +
          (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
@@ -53,9 +58,11 @@ std::string deciding_limit(const GateOutcome& outcome, const Criterion& criterio
   const std::string unit = criterion.beyond ? "%" : outcome.unit();
   std::string text;
   const double u = criterion.beyond ? 0 : criterion.uncertainty;
-  if (std::isfinite(shown.upper)) text = "of at least " + with_unit(shortest(shown.upper + u), unit) + " (pass)";
+  if (std::isfinite(shown.upper))
+    text = "of at least " + with_unit(to_digits_above(shown.upper + u, kDigits), unit) + " (pass)";
   if (shown.lower > u)
-    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(shown.lower - u), unit) + " (fail)";
+    text += (text.empty() ? "below " : " or below ") + with_unit(to_digits_below(shown.lower - u, kDigits), unit) +
+            " (fail)";
   if (text.empty()) return "";
   return (criterion.beyond ? "a share " : "a limit ") + text;
 }

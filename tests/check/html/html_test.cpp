@@ -172,8 +172,8 @@ TEST_CASE("a limit of the area is drawn and worded in percent, alone and beside 
   area.gate.request.options.max_distance = 0.1;
   set_criteria(*area.measured, {distance(0.06, 0.07, 0.1), area.measured->criteria.front()});
   const std::string both = to_html(samples::report_of({area}), {});
-  CHECK(both.find("<td class=\"number\">0.1 mm</td>") != std::string::npos);
-  CHECK(both.find("<td class=\"number\">1 % beyond 0.05 mm</td>") != std::string::npos);
+  CHECK(both.find("<td class=\"number limit\">0.1 mm</td>") != std::string::npos);
+  CHECK(both.find("<td class=\"number limit\">1 % beyond 0.05 mm</td>") != std::string::npos);
   CHECK(both.find("The distance is between 0.06 and 0.07") != std::string::npos);
   CHECK(both.find("the distance is at most 0.07 mm") != std::string::npos);
 }
@@ -191,6 +191,19 @@ TEST_CASE("a zone is named by its sides, and pictures are judged by the side tha
   CHECK(baseline.find("95 % within 0.06 mm. Estimated") != std::string::npos);
   CHECK(page.find("0.06 .. 0.07 mm inside</td>") != std::string::npos);
   CHECK(page.find("at least 19 % above the limit") != std::string::npos);
+}
+
+TEST_CASE("an expectation that is not met has a row, and so has the distance that passes beside it") {
+  GateOutcome outcome = samples::passed("lid");
+  CHECK(to_html(samples::report_of({outcome}), {}).find("gate criterion") == std::string::npos);
+  outcome.expectations = {{"watertight", api::Verdict::fail, "no: 4 open edges", "yes"},
+                          {"triangles", api::Verdict::pass, "12", "at most 20"}};
+  const std::string page = to_html(samples::report_of({outcome}), {});
+  CHECK(page.find("<tr class=\"gate criterion fail\"><td><span class=\"badge pass\">") != std::string::npos);
+  CHECK(
+      page.find("watertight</th><td class=\"number\">no: 4 open edges</td><td class=\"number limit\">expected yes<") !=
+      std::string::npos);
+  CHECK(page.find("triangles</th>") == std::string::npos);
 }
 
 TEST_CASE("units are escaped in drawings") {
