@@ -204,8 +204,10 @@ std::string histogram_drawing(const Histogram& histogram, double limit, const st
   out += axis_ticks(histogram.axis, kBottom);
   const double above = 100 * histogram.above_limit;
   return drawing("histogram", kBottom + 24,
-                 "Histogram of the distances over the surface" + (units.empty() ? "" : ", in " + units) + ": " +
-                     to_digits(above, 3) + " % of the area is above the limit.",
+                 std::string("Histogram of the distances ") +
+                     (histogram.of_cloud ? "of the points" : "over the surface") +
+                     (units.empty() ? "" : ", in " + units) + ": " + to_digits(above, 3) + " % of the " +
+                     (histogram.of_cloud ? "points are" : "area is") + " above the limit.",
                  out);
 }
 

@@ -44,6 +44,15 @@ Axis axis_of(const std::vector<double>& sorted, double limit) {
   return {true, std::max(0.5 * quantile(sorted, 0.02), top / kMostMagnitudes), 2 * top};
 }
 
+// All of them, or `count` of them as far apart as can be.
+std::vector<Vec3> points_of_cloud(MeshView cloud, std::size_t count) {
+  const std::size_t all = cloud.triangles.size(), taken = std::min(all, count);
+  std::vector<Vec3> points;
+  points.reserve(taken);
+  for (std::size_t i = 0; i < taken; ++i) points.push_back(cloud.corner(i * all / taken, 0));
+  return points;
+}
+
 void count(Histogram& histogram, const std::vector<double>& distances) {
   histogram.shares.assign(kBins, 0);
   for (const double distance : distances) {
@@ -55,6 +64,7 @@ void count(Histogram& histogram, const std::vector<double>& distances) {
 }  // namespace
 
 std::vector<Vec3> spread_points(MeshView mesh, std::size_t count) {
+  if (is_cloud(mesh)) return points_of_cloud(mesh, count);
   const Frame frame(bounding_box(mesh));
   double whole = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) whole += area(mesh, frame, t);
@@ -77,6 +87,7 @@ Histogram histogram_of(MeshView mesh, const std::function<double(const Vec3&)>& 
   const std::vector<Vec3> places = spread_points(mesh, points);
   Histogram histogram;
   histogram.points = places.size();
+  histogram.of_cloud = is_cloud(mesh);
   if (places.empty()) return histogram;
   std::vector<double> distances(places.size());
   pool.run((places.size() + kPointsATask - 1) / kPointsATask, [&](std::size_t, std::size_t task) {

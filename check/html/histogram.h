@@ -17,6 +17,7 @@ struct Histogram {
   std::vector<double>
       shares;  // share of the area for each bin of equal width on the axis; the first bin includes smaller distances
   std::size_t points = 0;  // 0: the surface has no area
+  bool of_cloud = false;   // shares are of its points
   double above_limit = 0;  // share of the area
   double median = 0;
   double p95 = 0;
@@ -24,11 +25,12 @@ struct Histogram {
 };
 
 // Samples `distance` at `points` points of equal area: along the mesh in steps of equal area, and within triangles by
-// a low-discrepancy sequence. Deterministic. `distance` must be thread safe.
+// a low-discrepancy sequence; of a cloud its own points, each or every so many. Deterministic. `distance` must be
+// thread safe.
 Histogram histogram_of(MeshView mesh, const std::function<double(const Vec3&)>& distance, double limit,
                        std::size_t points, ThreadPool& pool);
 
-// Points that each stand for an equal share of the area; empty if the mesh has no area.
+// Points that each stand for an equal share of the area, or of a cloud's points; empty if the mesh has no area.
 std::vector<Vec3> spread_points(MeshView mesh, std::size_t count);
 
 }  // namespace meshgauge::check

@@ -91,11 +91,12 @@ std::string histogram_part(const Surface& surface, const GateOutcome& outcome) {
   const std::string which = surface.candidate ? "candidate" : "baseline", units = outcome.unit();
   const auto figure_of = [&](double x) { return to_digits(x, 3) + (units.empty() ? "" : " " + units); };
   std::string out = "<figure class=\"histogram-figure\">" + histogram_drawing(histogram, surface.scale.top, units);
-  out += "<figcaption>Distances over the " + which + "\xE2\x80\x99s surface: " +
+  out += std::string("<figcaption>Distances ") + (histogram.of_cloud ? "of the " : "over the ") + which +
+         "\xE2\x80\x99s " + (histogram.of_cloud ? "points: " : "surface: ") +
          escaped("median " + figure_of(histogram.median) + ", 95 % within " + figure_of(histogram.p95)) +
-         above_limit(surface, outcome) + ". Estimated at " + grouped(histogram.points) +
-         " points of equal area, not certified; " + (histogram.axis.logarithmic ? "both axes are" : "heights are") +
-         " logarithmic.</figcaption></figure>\n";
+         above_limit(surface, outcome) + (histogram.of_cloud ? ". Computed at " : ". Estimated at ") +
+         grouped(histogram.points) + (histogram.of_cloud ? " points" : " points of equal area") + ", not certified; " +
+         (histogram.axis.logarithmic ? "both axes are" : "heights are") + " logarithmic.</figcaption></figure>\n";
   return out;
 }
 

@@ -184,9 +184,6 @@ GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& p
   if (!candidate) return without(candidate.error().message);
   const auto baseline = read(outcome.gate.baseline, "b", outcome, meshes, control);
   if (!baseline) return without(baseline.error().message);
-  if ((*candidate)->facts.notes.cloud || (*baseline)->facts.notes.cloud) {
-    return without("a point cloud has no surface to draw");
-  }
   const auto pair =
       api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return without(pair.error().message);

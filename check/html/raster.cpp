@@ -66,6 +66,17 @@ class Raster {
     }
   }
 
+  // The square around a point, which is turned to the viewer.
+  void draw_point(const Seen& at, std::uint32_t triangle) {
+    constexpr int kAround = kPointSize / 2;
+    if (!(std::abs(at.x) < 1e6 && std::abs(at.y) < 1e6)) return;
+    const int x = static_cast<int>(std::floor(at.x)), y = static_cast<int>(std::floor(at.y));
+    for (int row = std::max(y - kAround, 0); row <= std::min(y + kAround, samples_.height - 1); ++row) {
+      for (int column = std::max(x - kAround, 0); column <= std::min(x + kAround, samples_.width - 1); ++column)
+        show(samples_.at(column, row), at.depth, triangle);
+    }
+  }
+
  private:
   void draw_row(const Edge (&edges)[3], const double (&depths)[3], double area, int row, const Range& columns,
                 std::uint32_t triangle) {
@@ -105,7 +116,12 @@ Samples rasterise(MeshView mesh, const Camera& camera, double cut) {
   samples.triangle.assign(count, Samples::kNone);
   samples.depth.assign(count, -std::numeric_limits<float>::infinity());
   Raster raster(samples, cut);
+  const bool points = is_cloud(mesh);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (points) {
+      raster.draw_point(camera.see(mesh.corner(t, 0)), static_cast<std::uint32_t>(t));
+      continue;
+    }
     raster.draw(corner(camera.see(mesh.corner(t, 0))), corner(camera.see(mesh.corner(t, 1))),
                 corner(camera.see(mesh.corner(t, 2))), static_cast<std::uint32_t>(t));
   }

@@ -23,9 +23,12 @@ struct Samples {
   }
 };
 
+constexpr int kPointSize = 5;
+
 // Draws everything farther from the viewer than `cut` (a Seen::depth; infinite: everything). Of two triangles at the
 // same depth the first is visible. Corners are rounded to 64ths of a pixel and edges belong to both sides, so that
-// neighbours leave no gap; a triangle without area on that grid is not drawn. Time: linear in the triangles and the
+// neighbours leave no gap; a triangle without area on that grid is not drawn. A point of a cloud is a square of
+// kPointSize samples. Time: linear in the triangles and the
 // samples that they cover. Memory: the samples.
 Samples rasterise(MeshView mesh, const Camera& camera, double cut = std::numeric_limits<double>::infinity());
 

@@ -66,7 +66,7 @@ std::uint8_t to_level(double channel) {
 class Painter {
  public:
   Painter(MeshView mesh, const Camera& camera, const Samples& samples, const Paint& paint)
-      : mesh_(mesh), camera_(camera), samples_(samples), paint_(paint) {}
+      : mesh_(mesh), camera_(camera), samples_(samples), paint_(paint), points_(is_cloud(mesh)) {}
 
   // Combines the samples of one pixel.
   std::array<std::uint8_t, 4> pixel(int x, int y) const {
@@ -89,22 +89,25 @@ class Painter {
   }
 
  private:
-  // Distance at a sample of the same pixel; computed again only at a step in depth.
+  // Distance at a sample of the same pixel; computed again only at a step in depth, or for another point of a cloud.
   struct Known {
     double distance = -1;
     float depth = 0;
+    std::uint32_t triangle = Samples::kNone;
   };
 
   std::array<double, 3> sample(int column, int row, std::size_t at, Known& known) const {
     const Spot spot = spot_at(samples_.triangle[at], column + 0.5, row + 0.5);
     const float depth = samples_.depth[at];
-    if (known.distance < 0 || std::abs(depth - known.depth) > kStep) known = {paint_.distance(spot.point), depth};
+    const std::uint32_t triangle = samples_.triangle[at];
+    const bool other = points_ ? triangle != known.triangle : std::abs(depth - known.depth) > kStep;
+    if (known.distance < 0 || other) known = {paint_.distance(spot.point), depth, triangle};
     const api::Rgb base = api::colour_of(known.distance, paint_.scale);
     std::array<double, 3> colour{double(base.red), double(base.green), double(base.blue)};
     if (paint_.scale.limited && known.distance > paint_.scale.top && (column + row) % kHatchPeriod < kHatchWidth) {
       colour = kHatch;
     }
-    const double light = spot.light * (outlined(column, row, depth) ? kOutline : 1);
+    const double light = spot.light * (!points_ && outlined(column, row, depth) ? kOutline : 1);
     for (double& channel : colour) channel = (channel + spot.sheen * (255 - channel)) * light;
     return colour;
   }
@@ -151,6 +154,7 @@ class Painter {
   const Camera& camera_;
   const Samples& samples_;
   const Paint& paint_;
+  const bool points_;  // a cloud, whose points are no steps in depth
 };
 
 }  // namespace

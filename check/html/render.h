@@ -33,8 +33,8 @@ struct Paint {
 
 // Each pixel is coloured by the distance of its own point of the surface, whatever the triangles' size. Above the
 // limit it is hatched too, so that colours are not needed. Light comes from behind the viewer; steps in depth are
-// outlined. Four samples per pixel. `cut`: see rasterise(). Deterministic for any size of the pool. Memory: the
-// samples.
+// outlined. The points of a cloud are squares. Four samples per pixel. `cut`: see rasterise(). Deterministic for any
+// size of the pool. Memory: the samples.
 Image render(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool,
              double cut = std::numeric_limits<double>::infinity());
 

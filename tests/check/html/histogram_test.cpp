@@ -52,6 +52,20 @@ TEST_CASE("points are spread evenly over a sphere, those of a degenerate triangl
             .points == 0);
 }
 
+TEST_CASE("a cloud is its points: each of them, or as many as are asked for, from the first to near the last") {
+  Mesh cloud = shapes::grid(100);
+  cloud.triangles = points_as_triangles(cloud.positions.size());
+  const auto x = [](const Vec3& p) { return p.x(); };
+  const Histogram all = of(cloud, x, 0.495);
+  CHECK(all.of_cloud);
+  CHECK(all.points == cloud.positions.size());
+  CHECK(all.above_limit == doctest::Approx(51.0 / 101));
+  CHECK(all.largest == 1);
+  CHECK(spread_points(cloud, 10).size() == 10);
+  CHECK(spread_points(cloud, 10).front() == cloud.positions.front());
+  CHECK_FALSE(of(shapes::grid(1), x, 1).of_cloud);
+}
+
 TEST_CASE("tiny and huge meshes have the same histogram as one of size 1") {
   const auto shares = [](double size) {
     return of(

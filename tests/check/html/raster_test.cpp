@@ -37,6 +37,17 @@ TEST_CASE("a triangle covers the pixels whose middle it holds, and no other") {
   }
 }
 
+TEST_CASE("a point of a cloud is a square, the nearer one before the farther, and those outside are not drawn") {
+  Mesh cloud;
+  cloud.positions = {Vec3(4.5, 4.5, 0), Vec3(6.5, 4.5, 1), Vec3(-90, 4, 0), Vec3(1e9, 4, 0)};
+  cloud.triangles = points_as_triangles(cloud.positions.size());
+  const Samples samples = rasterise(cloud, plain(20, 9));
+  CHECK(covered_samples(samples) == kPointSize * (kPointSize + 2));
+  CHECK(samples.triangle[samples.at(3, 4)] == 0);
+  CHECK(samples.triangle[samples.at(5, 4)] == 1);
+  CHECK(samples.triangle[samples.at(12, 4)] == Samples::kNone);
+}
+
 TEST_CASE("both sides are seen alike, and a degenerate triangle is not") {
   const Mesh front = shapes::triangle(Vec3(1, 1, 0), Vec3(7, 1, 0), Vec3(1, 7, 0));
   const Mesh back = shapes::triangle(Vec3(1, 7, 0), Vec3(7, 1, 0), Vec3(1, 1, 0));

@@ -38,6 +38,23 @@ Image picture(MeshView mesh, const Camera& camera, const std::function<double(co
 
 }  // namespace
 
+TEST_CASE("a point of a cloud has the colour of its own distance, without an outline") {
+  Mesh cloud;
+  cloud.positions = {Vec3(1, 5, 0), Vec3(9, 5, 0)};
+  cloud.triangles = points_as_triangles(cloud.positions.size());
+  const Camera camera = from_above(cloud, 200, 100);
+  const Image image = picture(
+      cloud, camera, [](const Vec3& p) { return p.x(); }, 9);
+  const auto at = [&](std::size_t i) {
+    const Seen seen = camera.see(cloud.positions[i]);
+    return pixel(image, static_cast<int>(seen.x), static_cast<int>(seen.y));
+  };
+  const Pixel near = at(0), far = at(1);
+  CHECK(near[3] == 255);
+  CHECK(near[2] > near[1]);
+  CHECK(far[0] + far[1] > 380);  // light yellow: at the limit
+}
+
 TEST_CASE("each pixel has the colour of its own place, within one triangle as well") {
   const Mesh mesh = shapes::triangle(Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(0, 10, 0));
   const Camera camera = from_above(mesh, 200, 200);
