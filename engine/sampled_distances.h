@@ -26,6 +26,7 @@ struct SampledDirection {
 
 struct SampledDistances {
   Weight weight = Weight::area;  // of `from`
+  bool all = false;              // `from` is a cloud, and each of its points was measured
   std::vector<double> values;    // in the order of summarize(), in frame units; 0 if it could be rounding alone
 };
 

@@ -18,10 +18,15 @@ double variance_of_count(std::size_t count) {
 
 // Everything from n = kL values x, k independent ones in each of L strata (docs/statistics.md):
 //   mean = sum x / n,   variance of the mean = k / (k - 1) * sum (x - mean of its stratum)^2 / n^2, without bias.
+// Values that are all there are form one stratum, without an error.
 class Summary {
  public:
-  explicit Summary(std::span<const double> values)
-      : values_(values), n_(static_cast<double>(values.size())), sorted_(values.begin(), values.end()) {
+  Summary(std::span<const double> values, bool all)
+      : values_(values),
+        all_(all),
+        stratum_(all ? values.size() : kPointsAStratum),
+        n_(static_cast<double>(values.size())),
+        sorted_(values.begin(), values.end()) {
     std::sort(sorted_.begin(), sorted_.end());
   }
 
@@ -34,9 +39,11 @@ class Summary {
       const double first = value(stratum[0]);  // subtracted, so that equal values deviate by exactly 0
       double here = 0;
       for (const double x : stratum) here += value(x) - first;
-      for (const double x : stratum) squares += square(value(x) - first - here / kPointsAStratum);
-      sum += here + first * kPointsAStratum;
+      const auto count = static_cast<double>(stratum.size());
+      for (const double x : stratum) squares += square(value(x) - first - here / count);
+      sum += here + first * count;
     });
+    if (all_) return {sum / n_, 0};
     return {sum / n_, std::sqrt(squares * kPointsAStratum / (kPointsAStratum - 1)) / n_};
   }
 
@@ -54,6 +61,7 @@ class Summary {
   // values.
   Estimate quantile(double share) const {
     const double value = at_rank(share * n_);
+    if (all_) return {value, 0};
     double variance = 1;
     in_strata([&](std::span<const double> stratum) {
       const auto count = std::count_if(stratum.begin(), stratum.end(), [&](double x) { return x <= value; });
@@ -71,11 +79,12 @@ class Summary {
       for (const double x : stratum) ++here[bin_of(x)];
       for (std::size_t b = 0; b < here.size(); ++b) {
         counts[b] += static_cast<double>(here[b]);
-        variances[b] += variance_of_count(here[b]);
+        if (!all_) variances[b] += variance_of_count(here[b]);
       }
     });
     std::array<Estimate, Distribution::kBins> shares;
-    for (std::size_t b = 0; b < shares.size(); ++b) shares[b] = {counts[b] / n_, std::sqrt(variances[b] + 1) / n_};
+    for (std::size_t b = 0; b < shares.size(); ++b)
+      shares[b] = {counts[b] / n_, all_ ? 0 : std::sqrt(variances[b] + 1) / n_};
     return shares;
   }
 
@@ -84,7 +93,7 @@ class Summary {
 
   template <class Each>
   void in_strata(const Each& each) const {
-    for (std::size_t i = 0; i < values_.size(); i += kPointsAStratum) each(values_.subspan(i, kPointsAStratum));
+    for (std::size_t i = 0; i < values_.size(); i += stratum_) each(values_.subspan(i, stratum_));
   }
 
   double at_rank(double rank) const {  // `rank` counts from 1
@@ -98,15 +107,14 @@ class Summary {
   }
 
   std::span<const double> values_;
+  bool all_;
+  std::size_t stratum_;
   double n_;
   std::vector<double> sorted_;
 };
 
-}  // namespace
-
-Distribution summarize(std::span<const double> values) {
-  assert(!values.empty() && values.size() % kPointsAStratum == 0);
-  const Summary summary(values);
+Distribution distribution_of(std::span<const double> values, bool all) {
+  const Summary summary(values, all);
   Distribution found;
   found.samples = values.size();
   found.mean = summary.mean([](double x) { return x; });
@@ -119,6 +127,18 @@ Distribution summarize(std::span<const double> values) {
   // Rounding of the sum could put the mean of equal values above them.
   for (Estimate* average : {&found.mean, &found.rms}) average->value = std::min(average->value, found.max_seen);
   return found;
+}
+
+}  // namespace
+
+Distribution summarize(std::span<const double> values) {
+  assert(!values.empty() && values.size() % kPointsAStratum == 0);
+  return distribution_of(values, false);
+}
+
+Distribution summarize_all(std::span<const double> values) {
+  assert(!values.empty());
+  return distribution_of(values, true);
 }
 
 }  // namespace meshgauge

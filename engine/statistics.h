@@ -37,7 +37,7 @@ struct Distribution {
   static constexpr std::size_t kBins = 32;
 
   Weight weight = Weight::area;
-  std::size_t samples = 0;  // number of sampled points
+  std::size_t samples = 0;  // number of sampled points; of a cloud all of its points, and no estimate has an error
   Estimate mean;
   Estimate rms;                           // root of the mean square
   Estimate p50, p95, p99;                 // quantiles: 50, 95 and 99 percent of the surface are at most that far
@@ -58,5 +58,8 @@ struct Statistics {
 // Returns the estimates from sampled distances: kPointsAStratum consecutive values from each stratum, and all strata
 // have the same weight. Does not set Distribution::weight. Precondition: there is at least one stratum.
 Distribution summarize(std::span<const double> values);
+
+// The same of distances that are all there are, in any number but 0: no value has an error.
+Distribution summarize_all(std::span<const double> values);
 
 }  // namespace meshgauge

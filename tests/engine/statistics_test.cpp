@@ -182,6 +182,30 @@ TEST_CASE("statistics: a square and the point in its middle") {
   CHECK(back.max_seen == 0);
 }
 
+TEST_CASE("statistics: of a cloud each point counts, once and without an error") {
+  Mesh cloud;
+  for (int i = 1; i <= 1234; ++i) cloud.positions.emplace_back(0.5, 0.5, i / 1234.0);
+  cloud.triangles = points_as_triangles(cloud.positions.size());
+  const Distribution found = from_a(cloud, kFloor, {1000, 1});
+  CHECK(found.weight == Weight::points);
+  CHECK(found.samples == 1234);
+  CHECK(found.mean.value == doctest::Approx(1235 / (2 * 1234.0)).epsilon(1e-13));
+  CHECK(found.rms.value == doctest::Approx(std::sqrt(1235 * 2469 / 6.0) / 1234).epsilon(1e-13));
+  CHECK(found.p50.value == doctest::Approx(617 / 1234.0).epsilon(1e-13));
+  CHECK(found.p95.value == doctest::Approx(1173 / 1234.0).epsilon(1e-13));
+  CHECK(found.max_seen == doctest::Approx(1).epsilon(1e-13));
+  for (const auto estimate : kEstimates) CHECK((found.*estimate).standard_error == 0);
+  double shares = 0;
+  for (const Estimate& bin : found.histogram) {
+    shares += bin.value;
+    CHECK(bin.standard_error == 0);
+  }
+  CHECK(shares == doctest::Approx(1));
+  cloud.positions.resize(1);
+  cloud.triangles = points_as_triangles(1);
+  CHECK(from_a(cloud, kFloor, {1000, 1}).samples == 1);
+}
+
 TEST_CASE("statistics: a segment that leaves a plane has uniform distances from 0 to 1, by length") {
   const Mesh segment = shapes::triangle({0, 0, 0}, {0, 0, 0.3}, {0, 0, 1});
   const Distribution found = from_a(segment, kFloor, {10'000, 1});
