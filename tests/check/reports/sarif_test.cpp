@@ -34,8 +34,7 @@ TEST_CASE("sarif: a finding for each gate that did not pass, at its line of the 
   CHECK(uri(lid["relatedLocations"][0]) == "build/lid.stl");
   CHECK(uri(lid["relatedLocations"][1]) == "baselines/lid.stl");
   CHECK(lid["properties"]["witness"]["from"] == json({1.5, -2, 0.1 + 0.2}));
-  CHECK(lid["message"]["text"].get<std::string>().find("(1.5, -2, 0.30000000000000004) mm on triangle 17") !=
-        std::string::npos);
+  CHECK(lid["message"]["text"].get<std::string>().find("(1.5, -2, 0.3) mm on triangle 17") != std::string::npos);
   CHECK(run["results"][1]["ruleId"] == "MG0002");
   CHECK(run["results"][2]["ruleId"] == "MG0003");
   CHECK(run["results"][3]["level"] == "warning");
