@@ -86,8 +86,6 @@ const pictures = {
   async sides() {
     const walk = await open();
     const viewer = await measured(walk, { ...gear, limit: "", inside: "0.5", outside: "0.7" });
-    await walk.press("Swap");
-    await walk.still();
     await save("sides", await viewer.screenshot());
     return walk;
   },

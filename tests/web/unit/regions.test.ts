@@ -27,19 +27,19 @@ test("the headline is of the region that fails, and the rest is not said", () =>
   const criteria = [limited("pass", 0.09, 0.1, 0.2, { region: "rest" }), limited("fail", 0.5, 0.6, 0.4, { region: "bore" })];
   const words = wordingOf(comparison({ verdict: "fail", foremost: "distance in bore", gate: gate(0.2), criteria }));
   assert.equal(words.tone, "fail");
-  assert.equal(words.reason, "In bore: The distance is at least 0.5\u00A0mm; the limit is 0.4\u00A0mm.");
+  assert.equal(words.reason, "In bore: the distance is at least 0.5\u00A0mm; the limit is 0.4\u00A0mm.");
 });
 
 test("a pass is one of the rest and of each region", () => {
   const criteria = [limited("pass", 0.09, 0.1, 0.2, { region: "rest" }), limited("pass", 0.1, 0.2, 0.4, { region: "bore" })];
   const result = comparison({ verdict: "pass", foremost: "distance outside of all regions", gate: gate(0.2), criteria });
-  assert.match(wordingOf(result).reason, /^Outside of the regions: Every point .* The distance in bore is found\.$/);
+  assert.match(wordingOf(result).reason, /^Outside of the regions: every point .* The distance in bore is found\.$/);
 });
 
 test("an undecided region says between what", () => {
   const criteria = [limited("pass", 0.09, 0.1, 0.2, { region: "rest" }), limited("undecided", 0.3, 0.5, 0.4, { region: "bore", status: "timeout" })];
   const result = comparison({ verdict: "undecided", foremost: "distance in bore", gate: gate(0.2), criteria });
-  assert.match(wordingOf(result).reason, /^In bore: The distance is between 0\.3 and 0\.5.mm, and the limit of 0\.4.mm is not decided by that: the time was over\.$/);
+  assert.match(wordingOf(result).reason, /^In bore: the distance is between 0\.3 and 0\.5.mm, and the limit of 0\.4.mm is not decided by that: the time was over\.$/);
 });
 
 test("the regions asked for are those of the result, without what is the gate's", () => {

@@ -93,7 +93,7 @@ test("a limit of the area is worded by its finding, alone and beside one of the 
 test("after three more criteria their number is said", () => {
   const regions = ["r1", "r2", "r3", "r4", "r5", "r6"].map((region) => limited("pass", 0, 0.1, 0.2, { region }));
   const told = words(comparison({ verdict: "pass", gate: gate(0.2), foremost: "distance in r1", criteria: regions }));
-  assert.equal(told.reason, "In r1: Every point of both surfaces lies within 0.2 mm of the other surface: at most 0.1 mm away. The distance in r2 is found. The distance in r3 is found. The distance in r4 is found. 2 more pass.");
+  assert.equal(told.reason, "In r1: every point of both surfaces lies within 0.2 mm of the other surface: at most 0.1 mm away. The distance in r2 is found. The distance in r3 is found. The distance in r4 is found. 2 more pass.");
 });
 
 test("an uncertainty stands behind the limit, and is the service's to decide", () => {

@@ -92,7 +92,7 @@ function gaugesOf(result: Comparison, ends: (() => void)[]): HTMLElement[] {
   const first = distances.find(({ name }) => name === foremostOf(result)?.name) ?? distances[0];
   const shown = first?.side ? distances.filter(({ side }) => side) : [first ?? null];
   return shown.flatMap((one) => {
-    const host = h("div", { class: "plot gauge" });
+    const host = h("div", { class: `plot gauge ${one?.verdict ?? ""}` });
     const { lower, upper } = one ?? result.distance;
     const gauge = new Gauge(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result) });
     ends.push(() => gauge.dispose());

@@ -66,7 +66,8 @@ function wordsOf(criterion: Criterion, result: Comparison, timeoutMs: number | n
   if (criterion.of === "share") return { reason: sentenceOf(finding), proof: areaProofs[verdict] };
   if (criterion.refused) return { reason: sentenceOf(finding), proof: "" };
   const words = verdict === "pass" ? forPass(criterion, result) : verdict === "fail" ? forFail(criterion, result) : forUndecided(criterion, result, timeoutMs);
-  return { ...words, reason: withoutOverrides(placeWords(criterion)) + words.reason };
+  const place = withoutOverrides(placeWords(criterion));
+  return place === "" ? words : { ...words, reason: place + words.reason.charAt(0).toLowerCase() + words.reason.slice(1) };
 }
 
 const sentenceOf = (finding: string): string => `${finding.charAt(0).toUpperCase()}${withoutOverrides(finding.slice(1))}.`;
