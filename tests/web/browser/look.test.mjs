@@ -32,7 +32,7 @@ const states = {
     await walk.page.locator("#run-view .band").waitFor();
   },
   async result(walk) {
-    await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.02", outside: "1", units: "mm" });
+    await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.02", inside: "1", outside: "1", units: "mm" });
     await walk.page.locator("#more").evaluate((more) => (more.open = true));
     await walk.page.locator("#statistics").check();
     await walk.measure();

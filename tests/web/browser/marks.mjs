@@ -15,6 +15,14 @@ export function findMarks(image) {
   return { disc, square };
 }
 
+// The disc of a point on one side, which has no nearest point: {x, y, radius}.
+export function findDisc(image) {
+  const inside = (x, y) => x >= 0 && y >= 0 && x < image.width && y < image.height && magenta(image.at(x, y));
+  const spot = thickest(image, inside, () => true);
+  if (kindOf(inside, spot) !== "disc") throw new Error(`not a disc: ${JSON.stringify(spot)}`);
+  return spot;
+}
+
 function thickest(image, inside, allowed) {
   let best = { radius: 0, x: NaN, y: NaN };
   for (let y = 0; y < image.height; ++y)

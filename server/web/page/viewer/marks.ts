@@ -62,7 +62,9 @@ export class Marks {
     this.material.uniforms.pixel!.value = pixel;
     const { point, nearest } = ends.pair;
     this.segment(camera, viewport, point, nearest);
-    this.disc(1, camera, viewport, nearest, ends.hidden.nearest ? 2.5 : 2);
+    const alone = point.every((x, k) => x === nearest[k]); // of a side no nearest point is known
+    if (alone) this.quad(1, viewport, [], 2);
+    else this.disc(1, camera, viewport, nearest, ends.hidden.nearest ? 2.5 : 2);
     this.disc(2, camera, viewport, point, ends.hidden.point ? 1.5 : 1);
     this.positions.needsUpdate = this.locals.needsUpdate = true;
     const [p, q] = [project(camera, point, viewport), project(camera, nearest, viewport)];
