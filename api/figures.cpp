@@ -68,12 +68,14 @@ std::string to_digits(double x, int digits) {
 }
 
 std::string to_digits_below(double x, int digits) {
+  if (!std::isfinite(x)) return "unknown";
   Decimal decimal = rounded_to(x, digits);
   if (decimal.value() > x) --decimal.digits;
   return plain(decimal.value());
 }
 
 std::string to_digits_above(double x, int digits) {
+  if (!std::isfinite(x)) return "unknown";
   Decimal decimal = rounded_to(x, digits);
   if (decimal.value() < x) ++decimal.digits;
   return plain(decimal.value());
@@ -86,7 +88,7 @@ IntervalText to_text(double lower, double upper, double limit) {
     text.lower = to_digits_below(lower, digits);
     text.upper = std::isfinite(upper) ? to_digits_above(upper, digits) : "unknown";
     text.limit = plain(limit).size() <= 10 ? plain(limit) : to_digits(limit, digits);
-    if (true_of(text, lower, upper, limit, digits)) break;
+    if (!std::isfinite(lower) || true_of(text, lower, upper, limit, digits)) break;
   }
   return text;
 }

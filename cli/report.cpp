@@ -148,8 +148,8 @@ std::string to_table(const Comparison& comparison) {
   std::string out;
   append(out, "distance  %s, %s\n", range(outcome.lower, outcome.upper, unit, limit).c_str(),
          std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
-  append(out, "width     %s, %s\n", api::with_unit(api::to_digits(outcome.upper - outcome.lower, 3), unit).c_str(),
-         reason(outcome).c_str());
+  append(out, "width     %s, %s\n",
+         api::with_unit(api::to_digits_above(outcome.upper - outcome.lower, 3), unit).c_str(), reason(outcome).c_str());
   add_verdict(out, comparison);
   add_regions(out, comparison);
   add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);

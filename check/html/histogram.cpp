@@ -88,6 +88,7 @@ Histogram histogram_of(MeshView mesh, const std::function<double(const Vec3&)>& 
   Histogram histogram;
   histogram.points = places.size();
   histogram.of_cloud = is_cloud(mesh);
+  histogram.all_points = places.size() == mesh.triangles.size();
   if (places.empty()) return histogram;
   std::vector<double> distances(places.size());
   pool.run((places.size() + kPointsATask - 1) / kPointsATask, [&](std::size_t, std::size_t task) {

@@ -94,7 +94,8 @@ std::string histogram_part(const Surface& surface, const GateOutcome& outcome) {
   out += std::string("<figcaption>Distances ") + (histogram.of_cloud ? "of the " : "over the ") + which +
          "\xE2\x80\x99s " + (histogram.of_cloud ? "points: " : "surface: ") +
          escaped("median " + figure_of(histogram.median) + ", 95 % within " + figure_of(histogram.p95)) +
-         above_limit(surface, outcome) + (histogram.of_cloud ? ". Computed at " : ". Estimated at ") +
+         above_limit(surface, outcome) +
+         (histogram.of_cloud && histogram.all_points ? ". Computed at all " : ". Estimated at ") +
          grouped(histogram.points) + (histogram.of_cloud ? " points" : " points of equal area") + ", not certified; " +
          (histogram.axis.logarithmic ? "both axes are" : "heights are") + " logarithmic.</figcaption></figure>\n";
   return out;
