@@ -48,7 +48,7 @@ const states = {
 
 // Labels of the colour bar that lie on another.
 const overprinted = () => {
-  const seen = [...document.querySelectorAll(".viewer-tick")].filter((one) => one.textContent && getComputedStyle(one).visibility === "visible");
+  const seen = [...document.querySelectorAll(".viewer-tick")].filter((one) => one.textContent && !one.classList.contains("viewer-unseen"));
   const boxes = seen.map((one) => {
     const range = document.createRange();
     range.selectNodeContents(one);

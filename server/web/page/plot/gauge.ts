@@ -10,14 +10,17 @@ const bandTop = 42;
 const side = 14;
 const leastBar = 4; // px; narrower intervals stay visible
 
+let made = 0; // for names of patterns, which are the document's
+
 export class Gauge {
+  private readonly stripes = `gauge-stripes-${String(++made)}`;
   private readonly picture: Picture;
 
   constructor(
     host: HTMLElement,
     private reading: Reading,
   ) {
-    this.picture = new Picture(host, (width) => draw(width, this.reading));
+    this.picture = new Picture(host, (width) => draw(width, this.reading, this.stripes));
     this.picture.refresh();
   }
 
@@ -38,18 +41,18 @@ interface Scale {
   right: number;
 }
 
-function draw(width: number, reading: Reading): SVGSVGElement {
+function draw(width: number, reading: Reading, pattern: string): SVGSVGElement {
   const { lower, upper, limit } = reading;
   const marks = limit === null ? [lower, upper] : [lower, upper, limit];
   const axis = axisFor(marks);
   const scale = { axis, left: side, right: width - side, x: (mark: number | null) => side + positionOf(axis, mark) * (width - 2 * side) };
   const picture = frame(width, height, readingWords(reading));
-  picture.append(stripes("gauge-stripes"), zones(scale, limit), scaleOf(scale, width), bar(scale, reading));
+  picture.append(stripes(pattern), zones(scale, limit, pattern), scaleOf(scale, width), bar(scale, reading));
   if (limit !== null) picture.append(limitMark(scale, limit, reading.units));
   return picture;
 }
 
-function zones(scale: Scale, limit: number | null): SVGGElement {
+function zones(scale: Scale, limit: number | null, pattern: string): SVGGElement {
   const group = svg("g");
   const tall = scaleY - bandTop;
   if (limit === null) {
@@ -59,7 +62,7 @@ function zones(scale: Scale, limit: number | null): SVGGElement {
   const at = scale.x(limit);
   group.append(rect(scale.left, bandTop, at - scale.left, tall, "zone within"), rect(at, bandTop, scale.right - at, tall, "zone above"));
   const striped = rect(at, bandTop, scale.right - at, tall, "");
-  striped.setAttribute("fill", "url(#gauge-stripes)");
+  striped.setAttribute("fill", `url(#${pattern})`);
   group.append(striped);
   return group;
 }

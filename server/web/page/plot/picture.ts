@@ -7,6 +7,7 @@ export interface Reading {
   upper: number | null;
   limit: number | null;
   units: string;
+  name?: string; // "Distance inside"
 }
 
 export class Picture {
@@ -69,7 +70,7 @@ export function readingWords(reading: Reading): string {
   const { lower, upper, limit, units } = reading;
   const range = intervalWords(lower, upper, units, limit);
   const gate = limit === null ? "" : `; the limit is ${withUnits(plain(limit), units)}`;
-  return `The distance: ${range}${gate}`;
+  return `${reading.name || "The distance"}: ${range}${gate}`;
 }
 
 /** Returns a label's middle, moved so that the label stays in the picture; assumes an average width per letter. */

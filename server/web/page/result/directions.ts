@@ -87,7 +87,7 @@ function samples(sampled: Distribution, units: string): HTMLElement {
   return h(
     "div",
     { class: "sampled" },
-    h("h4", {}, `Sampled at ${grouped(sampled.samples)} points, not certified`),
+    h("h4", {}, `${sampled.weight === "points" && sampled.mean.standard_error === 0 ? "Of" : "Sampled at"} ${grouped(sampled.samples)} points, not certified`),
     facts([
       ["Mean", value(sampled.mean)],
       ["Root mean square", value(sampled.rms)],

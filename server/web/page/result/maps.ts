@@ -4,7 +4,7 @@ import type { Comparison, Side } from "../api/types.js";
 import { button, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
 import { asSentence, explain } from "../text/problems.js";
-import { witnessesOf, witnessesToShow } from "../text/criteria.js";
+import { foremostOf, isLimit, witnessesOf, witnessesToShow } from "../text/criteria.js";
 import { unitsOf } from "../text/verdict.js";
 import { downloadButton } from "./share.js";
 
@@ -33,6 +33,12 @@ async function bytesOf(answer: Response, report: (bytes: number, of: number | nu
   }
 }
 
+// The limit of the point that is shown first, which may be a region's.
+function limitOf(result: Comparison): number | null {
+  const first = foremostOf(result);
+  return first && isLimit(first) && first.of === "distance" && !first.side ? first.limit : (result.gate?.max_distance ?? null);
+}
+
 /** Loads both maps and the viewer into `host`; if that fails, shows the reason there. */
 export async function showViewer(host: HTMLElement, client: Client, result: Comparison, signal: AbortSignal): Promise<() => void> {
   const words = h("p", { class: "loading", role: "status" }, "Computing where the surfaces differ …");
@@ -56,7 +62,7 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
     const viewer = mountViewer(host, {
       ...maps,
       ...(result.direction === "symmetric" ? {} : { measured: [result.direction === "a_to_b" ? "a" : "b"] as Side[] }),
-      limit: result.gate?.max_distance ?? null,
+      limit: limitOf(result),
       ...(result.gate?.zone ? { zone: { inside: -result.gate.zone[0], outside: result.gate.zone[1] } } : {}),
       ...(inside && outside ? { reached: { inside: inside.lower, outside: outside.lower } } : {}),
       units: unitsOf(result),

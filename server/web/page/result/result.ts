@@ -8,7 +8,7 @@ import type { History } from "../plot/history.js";
 import { TimelinePlot } from "../plot/timeline.js";
 import { withoutOverrides } from "../text/names.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
-import { pairNotes, rangeOf, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
+import { pairNotes, rangeOf, shownLimit, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
 import { criteriaOf, foremostOf, isLimit, type Limit } from "../text/criteria.js";
 import { directionsOf } from "./directions.js";
 import { iconOf } from "./icon.js";
@@ -77,10 +77,10 @@ function narrower(face: ResultFace): HTMLElement | null {
 
 // The foremost limit; where an expectation is foremost, the whole distance.
 function readingOf(result: Comparison): HTMLElement {
-  const first = foremostOf(result), limit = first && isLimit(first) ? first : null;
+  const first = foremostOf(result), limit = first && isLimit(first) && !first.refused ? first : null;
   if (limit?.of === "share") return h("p", { class: "reading" }, h("span", {}, rangeOf(limit, result)));
   const { lower, upper } = limit ?? result.distance;
-  const text = intervalText(lower, upper, limit?.limit ?? null);
+  const text = intervalText(lower, upper, limit && shownLimit(limit));
   const top = withUnits(text.upper, upper === null ? "" : unitsOf(result));
   const range = text.lower === text.upper ? [h("span", {}, top)] : [h("span", {}, text.lower), h("span", { class: "dash" }, "to"), h("span", {}, top)];
   return h("p", { class: "reading" }, ...range);
@@ -94,9 +94,10 @@ function gaugesOf(result: Comparison, ends: (() => void)[]): HTMLElement[] {
   return shown.flatMap((one) => {
     const host = h("div", { class: `plot gauge ${one?.verdict ?? ""}` });
     const { lower, upper } = one ?? result.distance;
-    const gauge = new Gauge(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result) });
+    const name = one && one.name !== "distance" ? withoutOverrides(capital(one.name)) : "";
+    const gauge = new Gauge(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result), name });
     ends.push(() => gauge.dispose());
-    return one && one.name !== "distance" ? [h("p", { class: "gauge-name" }, withoutOverrides(capital(one.name))), host] : [host];
+    return name === "" ? [host] : [h("p", { class: "gauge-name" }, name), host];
   });
 }
 

@@ -28,8 +28,7 @@ export function foremostOf(result: Comparison): Criterion | null {
 function ofOldResult(result: Comparison): Criterion[] {
   const { gate, verdict, distance, status } = result;
   if (!verdict || !gate || gate.max_distance === null) return [];
-  const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
-  const at = found.sort((one, other) => other.lower - one.lower)[0];
+  const [at] = witnessesOf(result);
   const witness = at ? { on: at.from, point: at.point, triangle: at.triangle, nearest_point: at.nearest, nearest_triangle: at.nearestTriangle } : null;
   return [{ name: "distance", of: "distance", verdict, finding: "", region: null, side: null, limit: gate.max_distance, uncertainty: 0, ...distance, status, witness }];
 }

@@ -1,15 +1,16 @@
 // Regions of a result in words.
 import type { Comparison } from "../api/types.js";
+import { withoutOverrides } from "./names.js";
 
 type Region = NonNullable<Comparison["regions"]>[number];
 
 const rest = "rest";
 
-export const regionName = ({ name }: Pick<Region, "name">): string => (name === rest ? "The rest" : name);
+export const regionName = ({ name }: Pick<Region, "name">): string => (name === rest ? "The rest" : withoutOverrides(name));
 
 /** Where a region lies, in the numbers of the request, or its group's name; "": the rest. */
 export function placeOf({ box, sphere, group }: Pick<Region, "box" | "sphere" | "group">): string {
-  return box || sphere ? JSON.stringify(box ?? sphere) : (group ?? "");
+  return box || sphere ? JSON.stringify(box ?? sphere) : withoutOverrides(group ?? "");
 }
 
 /** The regions as they were asked for: without those that have the gate's limit. */

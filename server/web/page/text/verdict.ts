@@ -2,7 +2,7 @@
 import type { Comparison, Direction, Side, Status, Verdict } from "../api/types.js";
 import { criteriaOf, foremostOf, isLimit, placeWords, witnessesOf, type Criterion, type Limit } from "./criteria.js";
 import { withoutOverrides } from "./names.js";
-import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
+import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
 
@@ -55,7 +55,7 @@ export function wordingOf(result: Comparison, timeoutMs: number | null = null): 
   const { reason, proof } = wordsOf(first, result, timeoutMs);
   const others = criteriaOf(result).filter((other) => other.name !== first.name && other.verdict === verdict);
   const more = others.length - mostOthers;
-  const said = others.slice(0, mostOthers).map(({ finding }) => sentenceOf(finding));
+  const said = others.slice(0, mostOthers).map(({ finding }) => sentenceOf(finding)).filter((sentence) => sentence !== reason);
   if (more > 0) said.push(`${String(more)} more ${more === 1 ? one[verdict] : several[verdict]}.`);
   return { tone: verdict, heading: headings[verdict], reason: [reason, ...said].join(" "), proof };
 }
@@ -78,20 +78,31 @@ const areaProofs: Record<Verdict, string> = {
   undecided: "What would decide: more time.",
 };
 
-function figures({ lower, upper, limit, uncertainty, verdict }: Limit, units: string) {
-  const decided = verdict === "pass" ? limit - uncertainty : verdict === "fail" ? limit + uncertainty : limit; // of digits alone
-  const text = intervalText(lower, upper, decided);
+/** The end of the limit's uncertainty that the verdict is about: for the digits that are shown, and for nothing else. */
+export function shownLimit({ limit, uncertainty, verdict }: Limit): number {
+  return verdict === "pass" ? limit - uncertainty : verdict === "fail" ? limit + uncertainty : limit;
+}
+
+function figures(criterion: Limit, units: string) {
+  const { lower, upper, limit, uncertainty } = criterion;
+  const text = intervalText(lower, upper, shownLimit(criterion));
   const allowed = uncertainty ? `${withUnits(plain(limit), units)} ± ${withUnits(plain(uncertainty), units)}` : withUnits(text.limit, units);
   return { lower: withUnits(text.lower, units), upper: withUnits(text.upper, units), limit: allowed };
 }
 
 function forPass(criterion: Limit, result: Comparison): Pick<Wording, "reason" | "proof"> {
   const { upper, limit } = figures(criterion, unitsOf(result));
-  const where = criterion.side ? `No point of the candidate (A) lies farther than ${limit} ${criterion.side} of the baseline (B)` : `${everyPoint[result.direction]} within ${limit} of ${otherMesh[result.direction]}`;
+  const from = directionOf(criterion, result);
+  const where = criterion.side ? `No point of the candidate (A) lies farther than ${limit} ${criterion.side} of the baseline (B)` : `${everyPoint[from]} within ${limit} of ${otherMesh[from]}`;
   return {
     reason: `${where}: at most ${upper}${criterion.side ? "" : " away"}.`,
     proof: "The interval proves it: its upper end is a bound for every point, not the largest of some samples.",
   };
+}
+
+// A group is one of the baseline, and measured from it alone.
+function directionOf({ region }: Criterion, { regions, direction }: Comparison): Direction {
+  return regions?.some(({ name, group }) => name === region && group) ? "b_to_a" : direction;
 }
 
 const everyPoint: Record<Direction, string> = {
@@ -131,9 +142,12 @@ function forUndecided(criterion: Limit, result: Comparison, timeoutMs: number | 
   const either = [decidingLimit(criterion, units), effort].filter((one) => one !== "").join(", or ");
   return {
     reason: `${known}, and the limit of ${figures(criterion, units).limit} is not decided by that: ${whyEnded[status]}.`,
-    proof: effort === "" ? `Decided by ${either}. The limit is within rounding error of the distance.` : `What would decide: ${either}.`,
+    proof: effort === "" ? `Decided by ${either}. ${whyOpen(criterion)}` : `What would decide: ${either}.`,
   };
 }
+
+const whyOpen = ({ uncertainty }: Limit): string =>
+  uncertainty > 0 ? "The interval lies within the uncertainty of the limit." : "The limit is within rounding error of the distance.";
 
 // Work on sides that is complete was as narrow as asked.
 function endOf({ status }: Criterion, result: Comparison): Status {
@@ -143,12 +157,10 @@ function endOf({ status }: Criterion, result: Comparison): Status {
 
 const between = (range: string) => (range.includes(" to ") ? `between ${range.replace(" to ", " and ")}` : range);
 
-// With an uncertainty there are two numbers to change.
 function decidingLimit({ lower, upper, uncertainty }: Limit, units: string): string {
   const parts: string[] = [];
-  if (uncertainty > 0) return "";
-  if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper, 6), units)} (pass)`);
-  if (lower > 0) parts.push(`below ${withUnits(toDigitsBelow(lower, 6), units)} (fail)`);
+  if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper + uncertainty, 6), units)} (pass)`);
+  if (lower > uncertainty) parts.push(`below ${withUnits(toDigitsBelow(lower - uncertainty, 6), units)} (fail)`);
   return parts.length === 0 ? "" : `a limit ${parts.join(" or ")}`;
 }
 
@@ -222,7 +234,7 @@ export function titleOf(result: Comparison): string {
 }
 
 /** "0.0968 to 0.0976 mm", "distance in bore 0.5 to 0.6 mm", "watertight" */
-export function shortWords(criterion: Criterion, result: Comparison): string {
+function shortWords(criterion: Criterion, result: Comparison): string {
   const name = criterion.name === "distance" ? "" : withoutOverrides(criterion.name);
   return [name, rangeOf(criterion, result)].filter((one) => one !== "").join(" ");
 }
@@ -230,7 +242,8 @@ export function shortWords(criterion: Criterion, result: Comparison): string {
 /** What is known of a limit, as "0.0968 to 0.0976 mm" or "0.21 to 0.27 %"; "" of an expectation. */
 export function rangeOf(criterion: Criterion, result: Comparison): string {
   if (!isLimit(criterion)) return "";
+  if (criterion.refused) return "no sides";
   const { lower, upper, limit } = criterion;
-  if (criterion.of !== "share") return intervalWords(lower, upper, unitsOf(result), limit);
-  return upper === null ? "" : `${toDigitsBelow(100 * lower, 4)} to ${inPercentAbove(upper, 4)}`;
+  if (criterion.of !== "share") return intervalWords(lower, upper, unitsOf(result), shownLimit(criterion));
+  return upper === null ? "" : intervalWords(100 * lower, 100 * upper, "%", 100 * limit);
 }
