@@ -86,6 +86,23 @@ TEST_CASE("an interval has as many digits as tell its ends apart, and no more") 
   CHECK(to_text(2, std::numeric_limits<double>::infinity(), 3).upper == "unknown");
 }
 
+TEST_CASE("ends that are not finite are unknown") {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  CHECK(to_text(-kInfinity, 2, kInfinity).both() == "unknown \xE2\x80\xA6 2");
+  CHECK(to_text(1, kInfinity, 3).upper == "unknown");
+  CHECK(to_digits_above(kInfinity, 3) == "unknown");
+  CHECK(to_digits_below(-kInfinity, 3) == "unknown");
+}
+
+TEST_CASE("a point has seven digits of its largest coordinate, and at least four decimals") {
+  CHECK(in_words(meshgauge::Vec3(0.16666667199, -0.5, 5.55e-17)) == "(0.1666667, -0.5, 0)");
+  CHECK(in_words(meshgauge::Vec3(12.345678901, -1e-9, 3)) == "(12.34568, 0, 3)");
+  CHECK(in_words(meshgauge::Vec3(1000000.05, 0, 0)) == "(1000000.05, 0, 0)");
+  CHECK(in_words(meshgauge::Vec3(3e-7, 1.23456789e-6, 0)) == "(3e-7, 1.234568e-6, 0)");
+  CHECK(in_words(meshgauge::Vec3(1e308, 0, 0)) == "(1e308, 0, 0)");
+  CHECK(in_words(meshgauge::Vec3::Zero()) == "(0, 0, 0)");
+}
+
 TEST_CASE("counts, sizes and times as people write them") {
   CHECK(grouped(999) == "999");
   CHECK(grouped(1234567) == "1,234,567");

@@ -36,6 +36,13 @@ test("a pass is one of the rest and of each region", () => {
   assert.match(wordingOf(result).reason, /^Outside of the regions: every point .* The distance in bore is found\.$/);
 });
 
+test("a group is of the baseline, and measured from it alone", () => {
+  const lid = { ...region("lid", 0.1, 0.2, "pass", 0.4), box: undefined, group: "Lid" };
+  const criteria = [limited("pass", 0.1, 0.2, 0.4, { region: "lid" })];
+  const result = comparison({ verdict: "pass", foremost: "distance in lid", gate: gate(0.4), criteria, regions: [lid, rest] });
+  assert.match(wordingOf(result).reason, /^In lid: every point of the baseline \(B\) lies within 0\.4.mm of the candidate \(A\)/);
+});
+
 test("an undecided region says between what", () => {
   const criteria = [limited("pass", 0.09, 0.1, 0.2, { region: "rest" }), limited("undecided", 0.3, 0.5, 0.4, { region: "bore", status: "timeout" })];
   const result = comparison({ verdict: "undecided", foremost: "distance in bore", gate: gate(0.2), criteria });

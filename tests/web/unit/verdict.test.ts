@@ -101,6 +101,18 @@ test("an uncertainty stands behind the limit, and is the service's to decide", (
   assert.match(told.reason, /within 0.2 mm ± 0.01 mm of the other surface/);
 });
 
+test("within the uncertainty no narrower interval decides, but other limits do", () => {
+  const open = limited("undecided", 0.9375, 1.0625, 1, { uncertainty: 0.125, status: "gate_decided" });
+  const told = words(comparison({ verdict: "undecided", status: "gate_decided", gate: gate(1), criteria: [open] }));
+  assert.equal(told.proof, "Decided by a limit of at least 1.1875 mm (pass) or below 0.8125 mm (fail). The interval lies within the uncertainty of the limit.");
+});
+
+test("refused sides are said once", () => {
+  const side = (name: string) => limited("undecided", 0, 1, 0.1, { side: name as "inside", refused: "it is not watertight", finding: "nothing is inside or outside: it is not watertight" });
+  const told = words(comparison({ verdict: "undecided", gate: gate(1), criteria: [side("inside"), side("outside")] }));
+  assert.equal(told.reason, "Nothing is inside or outside: it is not watertight.");
+});
+
 test("undecided when nothing is known", () => {
   const told = words(comparison({ verdict: "undecided", gate: gate(1), status: "timeout", distance: { lower: 0, upper: null }, a_to_b: null, b_to_a: null }));
   assert.match(told.reason, /^Nothing is known of the distance yet/);
