@@ -17,7 +17,7 @@ std::string definitions();  // definitions that the other drawings use; once per
 std::string icon(Verdict verdict);  // a different shape for each verdict, so that colours are not needed
 
 // Draws the interval against the limit. `units`: of a length; a label, may be empty.
-std::string interval_drawing(const Criterion& criterion, const std::string& units);
+std::string interval_drawing(const Criterion& found, const std::string& units);
 
 // Draws the same for a line of a table, with the limit always in the middle.
 std::string interval_line(const Criterion& criterion);

@@ -16,13 +16,13 @@ struct Histogram {
   Axis axis;  // axis of distances
   std::vector<double>
       shares;  // share of the area for each bin of equal width on the axis; the first bin includes smaller distances
-  std::size_t points = 0;   // 0: the surface has no area
-  bool of_cloud = false;    // shares are of its points
-  bool all_points = false;  // each of them
-  double above_limit = 0;   // share of the area
+  std::size_t points = 0;  // 0: the surface has no area
+  double above_limit = 0;  // share of the area
   double median = 0;
   double p95 = 0;
   double largest = 0;
+  bool of_cloud = false;    // shares are of its points
+  bool all_points = false;  // each of them was measured
 };
 
 // Samples `distance` at `points` points of equal area: along the mesh in steps of equal area, and within triangles by
