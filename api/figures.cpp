@@ -55,7 +55,8 @@ constexpr int kEnough = 6;  // digits; bounds that agree in them need not be tol
 
 // Whether the text gives the right verdict and an interval that is not much wider.
 bool true_of(const IntervalText& text, double lower, double upper, double limit, int digits) {
-  const double low = parsed(text.lower), high = parsed(text.upper), most = parsed(text.limit);
+  const double low = std::isfinite(lower) ? parsed(text.lower) : lower, high = parsed(text.upper),
+               most = parsed(text.limit);
   if ((lower > limit) != (low > most)) return false;
   if (!std::isfinite(upper)) return true;
   return (upper <= limit) == (high <= most) && (digits >= kEnough || high - low <= 1.5 * (upper - lower));
@@ -88,7 +89,7 @@ IntervalText to_text(double lower, double upper, double limit) {
     text.lower = to_digits_below(lower, digits);
     text.upper = std::isfinite(upper) ? to_digits_above(upper, digits) : "unknown";
     text.limit = plain(limit).size() <= 10 ? plain(limit) : to_digits(limit, digits);
-    if (!std::isfinite(lower) || true_of(text, lower, upper, limit, digits)) break;
+    if (true_of(text, lower, upper, limit, digits)) break;
   }
   return text;
 }

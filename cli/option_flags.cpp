@@ -112,19 +112,23 @@ std::string flag_of(std::string_view pointer) {
   return part == std::end(kRows) ? api::dotted(pointer) : std::string(part->flag);
 }
 
-const api::Surface kCompareFlags{
-    api::Surface::flags, flag_of, "key", "a map", "a list", "empty", "A", "B", "a_to_b", "b_to_a", true};
-const api::Surface kCheckFlags{api::Surface::flags,
-                               flag_of,
-                               "key",
-                               "a map",
-                               "a list",
-                               "empty",
-                               "the candidate",
-                               "the baseline",
-                               "candidate_to_baseline",
-                               "baseline_to_candidate",
-                               true};
+// The words of a manifest, and the names of flags. kManifest is a constant, thus initialized before.
+api::Surface flags() {
+  api::Surface surface = check::kManifest;
+  surface.bit = api::Surface::flags;
+  surface.name = flag_of;
+  return surface;
+}
+
+// The meshes of `compare` are A and B.
+api::Surface flags_of_compare() {
+  api::Surface surface = flags();
+  surface.a = "A", surface.b = "B";
+  surface.a_to_b = "a_to_b", surface.b_to_a = "b_to_a";
+  return surface;
+}
+
+const api::Surface kCheckFlags = flags(), kCompareFlags = flags_of_compare();
 
 json word(std::string_view text) {
   check::YamlNode node;

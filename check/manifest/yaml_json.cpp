@@ -40,7 +40,7 @@ const YamlNode* element(const YamlNode& list, std::string_view index) {
 
 }  // namespace
 
-const api::Surface kManifest{api::Surface::manifest,
+constinit const api::Surface kManifest{api::Surface::manifest,
                              api::dotted,
                              "key",
                              "a map",

@@ -6,7 +6,8 @@ export type Criterion = Comparison["criteria"][number];
 /** One with an interval: of a distance, or of a share of the area. */
 export type Limit = Criterion & Required<Pick<Criterion, "limit" | "lower" | "upper" | "uncertainty">>;
 
-const rest = "rest";
+/** The region of what is in no other. */
+export const rest = "rest";
 
 export function isLimit(criterion: Criterion): criterion is Limit {
   return criterion.of !== "expectation";
@@ -40,7 +41,7 @@ export function placeWords({ region }: Criterion): string {
 }
 
 /** A point at least `lower` away from the other mesh. */
-export interface FoundWitness {
+interface FoundWitness {
   from: Side;
   point: Vec3;
   nearest: Vec3; // that of a side is not known: the point itself

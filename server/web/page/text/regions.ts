@@ -1,10 +1,9 @@
 // Regions of a result in words.
 import type { Comparison } from "../api/types.js";
+import { rest } from "./criteria.js";
 import { withoutOverrides } from "./names.js";
 
 type Region = NonNullable<Comparison["regions"]>[number];
-
-const rest = "rest";
 
 export const regionName = ({ name }: Pick<Region, "name">): string => (name === rest ? "The rest" : withoutOverrides(name));
 
