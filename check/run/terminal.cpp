@@ -57,7 +57,7 @@ std::string shortened(const std::string& text, std::size_t width) {
   for (; begin < text.size(); ++begin) {
     if ((static_cast<unsigned char>(text[begin]) & 0xC0) != 0x80 && skipped++ == has - tail) break;
   }
-  return cut_to(text, head + 1).substr(0, cut_to(text, head + 1).size() - 1) + "~" + text.substr(begin);
+  return cut_to(text, head + 1) + text.substr(begin);
 }
 
 std::string time_text(double ms) {
