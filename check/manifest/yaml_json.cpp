@@ -41,16 +41,16 @@ const YamlNode* element(const YamlNode& list, std::string_view index) {
 }  // namespace
 
 constinit const api::Surface kManifest{api::Surface::manifest,
-                             api::dotted,
-                             "key",
-                             "a map",
-                             "a list",
-                             "empty",
-                             "the candidate",
-                             "the baseline",
-                             "candidate_to_baseline",
-                             "baseline_to_candidate",
-                             true};
+                                       api::dotted,
+                                       "key",
+                                       "a map",
+                                       "a list",
+                                       "empty",
+                                       "the candidate",
+                                       "the baseline",
+                                       "candidate_to_baseline",
+                                       "baseline_to_candidate",
+                                       true};
 
 nlohmann::json json_of(const YamlNode& node) {
   if (node.kind == Kind::word) return json_of_word(node);
