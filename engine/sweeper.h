@@ -94,7 +94,8 @@ struct alignas(64) Sweeper : Experience {
   SearchWorker worker;
   std::optional<Overlay> overlay;
   std::optional<Patch> patch;
-  std::uint32_t last = Nearest::kNone;  // triangle of B used last
+  // The triangle of B used last; kNone as long as other threads have measured all vertices that this one needed.
+  std::uint32_t last = Nearest::kNone;
   std::size_t guessed = 0;              // triangles of A for which guesses were tried
   std::size_t uncertified = 0;          // of those, the ones that no guess culled
   std::vector<std::uint32_t> left;      // triangles of the block that are not culled yet

@@ -216,6 +216,7 @@ bool Overlay::start(View& view, std::span<const std::uint32_t> starts, std::size
   open_.clear();
   seen_.start(3 * max_visits + 1);  // each visit opens at most three
   for (const std::uint32_t t : starts) {
+    if (t == Nearest::kNone) continue;
     const Image image = view.project(target_.mesh(), t);
     if (!view.set_start(image)) continue;
     seen_.add(t);

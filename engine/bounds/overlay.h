@@ -105,8 +105,8 @@ class Overlay {
 
   // Tries to show that h(piece, B) is at most `limit`. Fails as soon as that is refuted, when more than `max_visits`
   // triangles lie over the piece, or when an image is too thin or the frame too coarse (3 and 6 above). `starts`:
-  // triangles of B; the flood begins in the first one that lies over the piece. `base`: null: 0. Adds the computed
-  // point-triangle distances to `work`.
+  // triangles of B, or Nearest::kNone, which is passed over; the flood begins in the first one that lies over the
+  // piece. `base`: null: 0. Adds the computed point-triangle distances to `work`.
   Attempt attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit, std::size_t max_visits,
                   Work& work, const Base* base = nullptr);
 

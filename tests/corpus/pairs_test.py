@@ -48,7 +48,7 @@ class Pair:
         command = [BINARY, "compare", self.a, self.b, "--json", "--timeout-ms", str(timeout_ms), *flags]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            raise AssertionError(self.name + ": " + done.stderr)
+            raise AssertionError("%s: exit code %d: %s" % (self.name, done.returncode, done.stderr))
         return json.loads(done.stdout)
 
 
@@ -65,9 +65,9 @@ class CorpusPairs(unittest.TestCase):
     def tearDownClass(cls):
         cls.made.cleanup()
 
-    def over(self, pairs, check):
-        """Runs check(pair) -> problems on two threads; every problem is reported."""
-        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+    def over(self, pairs, check, at_once=2):
+        """Runs check(pair) -> problems on so many threads; every problem is reported."""
+        with concurrent.futures.ThreadPoolExecutor(at_once) as pool:
             found = [problem for problems in pool.map(check, pairs) for problem in problems]
         self.assertEqual(found, [])
 
@@ -99,6 +99,15 @@ class CorpusPairs(unittest.TestCase):
             problems = self.interval_problems(pair, result, lambda r: 1e-6 * r["meshes"]["a"]["diagonal"])
             return problems + ([] if result["status"] == "converged" else [f"{pair.name}: {result['status']}"])
         self.over(self.pairs, check)
+
+    def test_threads_that_come_late(self):
+        # Four threads on fewer processors: one may begin when the others have measured all the vertices that it needs.
+        [pair] = [pair for pair in self.pairs if pair.name == "half/tray"]
+
+        def check(pair):
+            result = pair.compare("--direction", "a_to_b", "--diagonal", "1e-6", "--threads", "4", timeout_ms=MOST_TIMEOUT_MS)
+            return self.interval_problems(pair, result, lambda r: 1e-6 * r["meshes"]["a"]["diagonal"])
+        self.over([pair] * 60, check, at_once=4)
 
     def test_triangle_set_where_its_published_code_is_wrong(self):
         # Coplanar triangles that overlap. So do half/cycloidal and the remesh the other way, but half a minute each.

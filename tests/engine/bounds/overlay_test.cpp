@@ -96,6 +96,23 @@ Mesh crumpled(std::uint32_t n, double height, std::mt19937_64& random) {
 
 }  // namespace
 
+TEST_CASE("overlay: a start that is none is passed over") {
+  const Mesh mesh = shapes::grid(4);
+  const Bvh tree = tree_of(mesh);
+  ThreadPool pool(1);
+  const Adjacency adjacency(mesh, pool);
+  Overlay overlay(tree, adjacency);
+  const Piece piece = piece_of(tree, {0.3, 0.3, 0.1}, {0.7, 0.3, 0.1}, {0.3, 0.7, 0.1});
+  Work work;
+  const auto none = overlay.attempt(piece, std::array{Nearest::kNone}, 1, 64, work);
+  CHECK_FALSE(none.started);
+  CHECK_FALSE(none.upper.has_value());
+  const auto some = overlay.attempt(piece, std::array{Nearest::kNone, piece.corners[0].slot}, 1, 64, work);
+  CHECK(some.started);
+  CHECK(some.upper.has_value());
+  CHECK_FALSE(overlay.cells(piece, std::array{Nearest::kNone}, 64, work).has_value());
+}
+
 TEST_CASE("no sample exceeds the overlay bound: sheets with holes, folds, doubled and turned triangles") {
   std::mt19937_64 random(21);
   Tally all;
