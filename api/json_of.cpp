@@ -43,6 +43,16 @@ Json mismatch(const ReadNotes& notes) {
 
 }  // namespace
 
+Json gate_of(const ComparisonOptions& options) {
+  if (!has_limit(options)) return nullptr;
+  Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
+  if (options.max_share_beyond) json["max_share_beyond"] = json_of(*options.max_share_beyond);
+  if (options.zone) json["zone"] = json_of(*options.zone);
+  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
+  json["units"] = text_or_null(limit_unit_name(options.units));
+  return json;
+}
+
 Json json_of(const ShareLimit& limit) { return {{"distance", limit.distance}, {"share", limit.share}}; }
 
 Json json_of(const SideOptions::Zone& zone) { return {0 - zone.inside, zone.outside}; }

@@ -18,6 +18,8 @@ Json interval(double lower, double upper);
 Json json_of(const Bounds& bounds);
 Json json_of(const std::optional<Directed>& directed);
 Json json_of(const Tolerance& asked);  // has only the rules that are set
+// The limits of a request, as results, jobs and lists of failures show them; null: it has none.
+Json gate_of(const ComparisonOptions& options);
 Json json_of(const ShareLimit& limit);
 Json json_of(const SideOptions::Zone& zone);  // [-inside, outside]
 Json json_of(const KnownUnit& known);

@@ -35,17 +35,6 @@ Json timings(const Comparison& comparison) {
   return json;
 }
 
-Json gate(const Comparison& comparison) {
-  const ComparisonOptions& options = comparison.options;
-  if (!has_limit(options)) return nullptr;
-  Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
-  if (options.max_share_beyond) json["max_share_beyond"] = api::json_of(*options.max_share_beyond);
-  if (options.zone) json["zone"] = api::json_of(*options.zone);
-  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
-  json["units"] = text_or_null(limit_unit_name(options.units));
-  return json;
-}
-
 Json meshes(const Comparison& comparison) {
   Json json{{"a", api::json_of(comparison.a, comparison.units.a)},
             {"b", api::json_of(comparison.b, comparison.units.b)}};
@@ -139,7 +128,7 @@ std::string to_json(const Comparison& comparison) {
   Json json{{"id", comparison.id},
             {"status", name_of(kStops, outcome.stop)},
             {"verdict", found ? Json(to_string(*found)) : Json(nullptr)},
-            {"gate", gate(comparison)},
+            {"gate", gate_of(comparison.options)},
             {"unit", json_of(comparison.units.result)},
             {"notes", notes_of(comparison)},
             {"direction", name_of(kDirections, comparison.options.direction)},

@@ -86,28 +86,21 @@ std::optional<Error> undeclared_cloud(const Gate& gate, const api::MeshFacts& ca
 
 api::ResultFacts facts_of(const Measured& measured);
 
-// One of several limits in one run: of a side of a zone, or of a region.
-struct PastLimit {
+// A criterion in one run; a share is from 0 to 1.
+struct PastCriterion {
   std::optional<double> lower, upper;  // nullopt: the baseline has no sides, or no finite upper bound
   double limit = 0;
-};
-
-// The limit of the area in one run: from 0 to 1.
-struct PastShare {
-  double distance = 0;
-  double lower = 0, upper = 1, limit = 0;
+  double uncertainty = 0;
 };
 
 // The result of a gate in one run; lengths in `unit`.
 struct PastRun {
   std::string commit;  // empty: not known
   Verdict verdict = Verdict::undecided;
-  std::optional<double> lower, upper, limit;     // nullopt: not measured, or no finite upper bound
-  std::string unit;                              // empty: not known
-  std::optional<PastShare> share_beyond{};       // nullopt: no such limit, or not measured
-  std::optional<PastLimit> inside{}, outside{};  // nullopt: no zone, or not measured
-  double uncertainty = 0;                        // of the lengths
-  std::map<std::string, PastLimit> regions{};    // by name, without the rest, which has `lower`, `upper` and `limit`
+  std::optional<double> lower, upper, limit;         // nullopt: not measured, or no finite upper bound
+  std::string unit;                                  // empty: not known
+  double uncertainty = 0;                            // of the lengths
+  std::map<std::string, PastCriterion> criteria{};   // the limits, by name
 };
 
 struct GateOutcome {

@@ -242,18 +242,6 @@ constexpr Option kOptions[] = {{"max_distance", kAll, limit<read_max_distance>},
 
 // --- as it is written -------------------------------------------------------------------------------------------
 
-Json gate_of(const ComparisonOptions& options) {
-  Json json = Json::object();
-  if (options.max_distance) json["max_distance"] = *options.max_distance;
-  if (const auto& limit = options.max_share_beyond) json["max_share_beyond"] = json_of(*limit);
-  if (options.zone) json["zone"] = json_of(*options.zone);
-  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
-  const std::string_view unit = limit_unit_name(options.units);
-  if (!unit.empty()) json["units"] = unit;
-  json["narrow"] = options.narrow;
-  return json;
-}
-
 Json units_of(const AskedUnits& declared) {
   Json json = Json::object();
   if (declared.a) json["a"] = to_string(*declared.a);
@@ -337,7 +325,11 @@ Json json_of(const Request& request) {
   Json json{{"direction", name_of(kDirections, options.direction)},
             {"strategy", name_of(kStrategies, options.strategy)},
             {"timeout_ms", request.timeout.count()}};
-  if (has_limit(options)) json["gate"] = gate_of(options);
+  const Json limits = gate_of(options);
+  for (const auto& [name, limit] : limits.items()) {
+    if (!limit.is_null()) json["gate"][name] = limit;
+  }
+  if (has_limit(options)) json["gate"]["narrow"] = options.narrow;
   if (Json rules = json_of(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
   if (request.threads_given) json["threads"] = options.threads;

@@ -158,13 +158,13 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked) {
     const auto found = json.find(member);
     return found == json.end() ? wanted.is_null() : *found == wanted;
   };
-  const auto same = [&](const char* member, const Json& wanted) { return has(*gate, member, wanted); };
+  Json limits = api::gate_of(asked);
+  if (limits.is_object()) limits.erase("units");  // has_units_of()
+  for (const auto& [name, limit] : limits.items()) {
+    if (!has(*gate, name.c_str(), limit)) return false;
+  }
   return has_regions(comparison, asked.regions) &&
-         has(comparison, "expect", asked.expect.any() ? api::json_of(asked.expect) : Json()) &&
-         same("max_distance", asked.max_distance ? Json(*asked.max_distance) : Json()) &&
-         same("max_share_beyond", asked.max_share_beyond ? Json(api::json_of(*asked.max_share_beyond)) : Json()) &&
-         same("zone", asked.zone ? Json(api::json_of(*asked.zone)) : Json()) &&
-         same("uncertainty", asked.uncertainty > 0 ? Json(asked.uncertainty) : Json());
+         has(comparison, "expect", asked.expect.any() ? api::json_of(asked.expect) : Json());
 }
 
 std::optional<Problem> problem_from(const Json& json) {

@@ -41,30 +41,17 @@ std::string text(const Json& line, const char* name) {
   return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-std::optional<PastShare> share_of(const Json& line) {
-  const auto found = line.find("share_beyond");
-  if (found == line.end() || !found->is_object()) return std::nullopt;
-  const auto number = [&](const char* name) { return length(*found, name).value_or(NAN); };
-  const PastShare share{number("distance"), number("lower"), number("upper"), number("limit")};
-  const bool is_known = std::isfinite(share.distance + share.lower + share.upper + share.limit);
-  return is_known ? std::optional(share) : std::nullopt;
-}
-
-// The limits of the zone's sides, or of the regions, by name; what is none is left out.
-std::map<std::string, PastLimit> limits_of(const Json& line, const char* of) {
-  std::map<std::string, PastLimit> limits;
-  const auto all = line.find(of);
-  if (all == line.end() || !all->is_object()) return limits;
-  for (const auto& [name, found] : all->items()) {
-    if (!found.is_object() || !length(found, "limit")) continue;
-    limits[name] = {length(found, "lower"), length(found, "upper"), *length(found, "limit")};
+// What is no criterion is left out.
+std::map<std::string, PastCriterion> criteria_of(const Json& line) {
+  std::map<std::string, PastCriterion> criteria;
+  const auto all = line.find("criteria");
+  if (all == line.end() || !all->is_array()) return criteria;
+  for (const Json& found : *all) {
+    if (!found.is_object() || text(found, "name").empty() || !length(found, "limit")) continue;
+    criteria[text(found, "name")] = {length(found, "lower"), length(found, "upper"), *length(found, "limit"),
+                                     length(found, "uncertainty").value_or(0)};
   }
-  return limits;
-}
-
-std::optional<PastLimit> limit_of(const std::map<std::string, PastLimit>& limits, const std::string& name) {
-  const auto found = limits.find(name);
-  return found != limits.end() ? std::optional(found->second) : std::nullopt;
+  return criteria;
 }
 
 // Returns the run and the gate's name; nullopt: the line is no result.
@@ -75,18 +62,12 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   const auto* verdict =
       std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](Verdict v) { return to_string(v) == name; });
   if (verdict == kVerdicts.end()) return std::nullopt;
-  const auto zone = limits_of(json, "zone");
-  return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
-                                               length(json, "upper"), length(json, "limit"), text(json, "unit"),
-                                               share_of(json), limit_of(zone, "inside"), limit_of(zone, "outside"),
-                                               length(json, "uncertainty").value_or(0), limits_of(json, "regions")});
+  return std::pair(text(json, "gate"),
+                   PastRun{text(json, "commit"), *verdict, length(json, "lower"), length(json, "upper"),
+                           length(json, "limit"), text(json, "unit"), 0, criteria_of(json)});
 }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
-
-Json json_of(const PastShare& share) {
-  return {{"distance", share.distance}, {"limit", share.limit}, {"lower", share.lower}, {"upper", share.upper}};
-}
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
   Json json{{"time", time},
@@ -97,62 +78,37 @@ Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& 
             {"upper", or_null(run.upper)},
             {"limit", or_null(run.limit)},
             {"unit", text_or_null(run.unit)}};
-  if (run.share_beyond) json["share_beyond"] = json_of(*run.share_beyond);
-  if (run.inside && run.outside) json["zone"] = {{"inside", json_of(*run.inside)}, {"outside", json_of(*run.outside)}};
-  if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
-  if (!run.regions.empty()) json["regions"] = json_of(run.regions);
+  json["criteria"] = json_of(run.criteria);
   return json;
-}
-
-PastLimit past_of(const Criterion& found) {
-  PastLimit past{{}, {}, found.limit};
-  if (found.refused.empty()) past.lower = found.lower;
-  if (std::isfinite(found.upper)) past.upper = found.upper;
-  return past;
-}
-
-void add(const Criterion& criterion, PastRun& run) {
-  if (criterion.beyond) {
-    run.share_beyond = {*criterion.beyond, criterion.lower, criterion.upper, criterion.limit};
-  } else if (criterion.is_of_region()) {
-    run.regions[criterion.region] = past_of(criterion);
-  } else if (criterion.side.empty()) {
-    run.limit = criterion.limit;
-  } else {
-    (criterion.side == "inside" ? run.inside : run.outside) = past_of(criterion);
-  }
 }
 
 PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   PastRun run{commit, outcome.verdict(), {}, {}, {}, outcome.unit()};
   if (!outcome.measured) return run;
+  const auto finite = [](double upper) { return std::isfinite(upper) ? std::optional(upper) : std::nullopt; };
   run.lower = outcome.measured->lower;
-  if (std::isfinite(outcome.measured->upper)) run.upper = outcome.measured->upper;
-  for (const Criterion& criterion : outcome.measured->criteria) add(criterion, run);
-  run.uncertainty = outcome.measured->criteria.front().uncertainty;
+  run.upper = finite(outcome.measured->upper);
+  for (const Criterion& c : outcome.measured->criteria) {
+    run.criteria[c.name] = {c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit,
+                            c.uncertainty};
+    if (c.of == Criterion::Of::distance && c.side.empty() && !c.is_of_region()) run.limit = c.limit;
+  }
   return run;
 }
 
-// Returns the run of one limit of several: `lower`, `upper` and `limit` of it, and their verdict.
-PastRun run_of(PastRun run, std::optional<double> lower, std::optional<double> upper, std::optional<double> limit) {
-  run.lower = lower;
-  run.upper = upper;
-  run.limit = limit;
-  if (lower && limit) run.verdict = verdict_of(*lower, upper.value_or(INFINITY), *limit, run.uncertainty);
+// The run of this criterion alone, with its verdict.
+PastRun run_of(PastRun run, const Criterion& of) {
+  const auto found = run.criteria.find(of.name);
+  run.lower = run.upper = run.limit = std::nullopt;
+  if (found == run.criteria.end()) return run;
+  const double scale = of.beyond ? 100 : 1;
+  const auto scaled = [&](std::optional<double> bound) { return bound ? std::optional(scale * *bound) : bound; };
+  run.lower = scaled(found->second.lower);
+  run.upper = scaled(found->second.upper);
+  run.limit = scale * found->second.limit;
+  run.uncertainty = of.beyond ? 0 : found->second.uncertainty;
+  if (run.lower) run.verdict = verdict_of(*run.lower, run.upper.value_or(INFINITY), *run.limit, run.uncertainty);
   return run;
-}
-
-PastRun area_run(PastRun run) {
-  const auto share = std::exchange(run.share_beyond, std::nullopt);
-  run.unit = "%";
-  run.uncertainty = 0;
-  if (!share) return run_of(std::move(run), {}, {}, {});
-  return run_of(std::move(run), 100 * share->lower, 100 * share->upper, 100 * share->limit);
-}
-
-PastRun run_of(PastRun run, const std::optional<PastLimit>& of) {
-  if (!of) return run_of(std::move(run), {}, {}, {});
-  return run_of(std::move(run), of->lower, of->upper, of->limit);
 }
 
 void add(std::vector<PastRun>& runs, PastRun run) {
@@ -192,13 +148,13 @@ Result<Done> History::keep(const std::string& time, const std::string& commit, R
   return out ? Result<Done>(Done{}) : no_history(file_, "cannot be written");
 }
 
-Json json_of(const PastLimit& past) {
-  return {{"lower", or_null(past.lower)}, {"upper", or_null(past.upper)}, {"limit", past.limit}};
-}
-
-Json json_of(const std::map<std::string, PastLimit>& regions) {
-  Json json = Json::object();
-  for (const auto& [name, past] : regions) json[name] = json_of(past);
+Json json_of(const std::map<std::string, PastCriterion>& criteria) {
+  Json json = Json::array();
+  for (const auto& [name, past] : criteria) {
+    json.push_back(
+        {{"name", name}, {"lower", or_null(past.lower)}, {"upper", or_null(past.upper)}, {"limit", past.limit}});
+    if (past.uncertainty > 0) json.back()["uncertainty"] = past.uncertainty;
+  }
   return json;
 }
 
@@ -211,25 +167,13 @@ std::string commit_of_pipeline() {
 }
 
 std::vector<Chart> charts_of(const GateOutcome& outcome) {
+  if (!outcome.measured) return {{"the distance", outcome.unit(), outcome.history}};
   std::vector<Chart> charts;
-  const auto add = [&](std::string what, const std::string& unit, const auto& run_of_limit) {
-    Chart& chart = charts.emplace_back(Chart{std::move(what), unit, {}});
-    for (const PastRun& run : outcome.history) chart.runs.push_back(run_of_limit(run));
-  };
-  const auto whole = [](const PastRun& run) { return run_of(run, run.lower, run.upper, run.limit); };
-  if (!outcome.measured) add("the distance", outcome.unit(), whole);
-  for (const Criterion& c : outcome.measured ? outcome.measured->criteria : std::vector<Criterion>()) {
-    if (c.beyond) {
-      add("the area farther than " + api::with_unit(to_digits(*c.beyond, 6), outcome.unit()), "%", area_run);
-    } else if (c.is_of_region()) {
-      add("the " + c.name, outcome.unit(),
-          [&](const PastRun& run) { return run_of(run, limit_of(run.regions, c.region)); });
-    } else if (c.side.empty()) {
-      add("the " + c.name, outcome.unit(), whole);
-    } else {
-      add("the " + c.name, outcome.unit(),
-          [&](const PastRun& run) { return run_of(run, c.side == "inside" ? run.inside : run.outside); });
-    }
+  for (const Criterion& c : outcome.measured->criteria) {
+    Chart& chart = charts.emplace_back(Chart{"the " + c.name, outcome.unit(), {}});
+    if (c.beyond)
+      chart = {"the area farther than " + api::with_unit(to_digits(*c.beyond, 6), outcome.unit()), "%", {}};
+    for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, c));
   }
   return charts;
 }

@@ -29,9 +29,8 @@ class History {
   std::map<std::string, std::vector<PastRun>, std::less<>> runs_;  // by the name of the gate, the newest at the end
 };
 
-// The lower and upper bound, null where not known, and the limit.
-nlohmann::ordered_json json_of(const PastLimit& past);
-nlohmann::ordered_json json_of(const std::map<std::string, PastLimit>& regions);
+// name, lower and upper bound, null where not known, limit, and an uncertainty that is not 0.
+nlohmann::ordered_json json_of(const std::map<std::string, PastCriterion>& criteria);
 
 // Returns what a pipeline says it measures: MESHGAUGE_COMMIT, GITHUB_SHA, CI_COMMIT_SHA or GIT_COMMIT, the first of
 // these variables that is set; else empty.

@@ -71,27 +71,6 @@ Json distance(const std::optional<Measured>& measured) {
   return {{"lower", measured->lower}, {"upper", measured->upper}};
 }
 
-// What was found of limits that not each gate has: of the area, of the zone, of the regions.
-void add(const Measured& measured, Json& json) {
-  for (const Criterion& c : measured.criteria) {
-    if (c.beyond) json["share_beyond"] = {{"lower", c.lower}, {"upper", c.upper}, {"limit", c.limit}};
-    if (!c.side.empty()) {
-      json["zone"]["refused"] = or_null(c.refused);
-      json["zone"][c.side] = nullptr;
-      if (c.refused.empty())
-        json["zone"][c.side] = {
-            {"lower", c.lower}, {"upper", c.upper}, {"point", c.at ? json_of(c.at->point) : Json(nullptr)}};
-    }
-    if (c.is_of_region())
-      json["regions"].push_back({{"name", c.region},
-                                 {"verdict", to_string(c.verdict)},
-                                 {"lower", c.lower},
-                                 {"upper", c.upper},
-                                 {"limit", c.limit},
-                                 {"status", c.status}});
-  }
-}
-
 Json json_of(const std::vector<PastRun>& runs) {
   Json json = Json::array();
   for (const PastRun& run : runs) {
@@ -100,13 +79,8 @@ Json json_of(const std::vector<PastRun>& runs) {
                     {"lower", or_null(run.lower)},
                     {"upper", or_null(run.upper)},
                     {"limit", or_null(run.limit)},
-                    {"unit", or_null(run.unit)}});
-    if (const auto& share = run.share_beyond)
-      json.back()["share_beyond"] = {{"lower", share->lower}, {"upper", share->upper}, {"limit", share->limit}};
-    if (run.inside && run.outside)
-      json.back()["zone"] = {{"inside", json_of(*run.inside)}, {"outside", json_of(*run.outside)}};
-    if (run.uncertainty > 0) json.back()["uncertainty"] = run.uncertainty;
-    if (!run.regions.empty()) json.back()["regions"] = json_of(run.regions);
+                    {"unit", or_null(run.unit)},
+                    {"criteria", json_of(run.criteria)}});
   }
   return json;
 }
@@ -139,7 +113,7 @@ Json place(const Gate& gate) {
 Json json_of(const GateOutcome& outcome, Undecided rule) {
   const Gate& gate = outcome.gate;
   const auto& measured = outcome.measured;
-  Json json{{"name", gate.name},
+  return {{"name", gate.name},
             {"verdict", to_string(outcome.verdict())},
             {"level", to_string(outcome.level(rule))},
             {"candidate", gate.candidate.string()},
@@ -160,8 +134,6 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
             {"history", json_of(outcome.history)},
             {"link", measured ? or_null(measured->link) : Json(nullptr)},
             {"comparison", measured ? measured->document : Json(nullptr)}};
-  if (measured) add(*measured, json);
-  return json;
 }
 
 Json counts(const Report& report) {

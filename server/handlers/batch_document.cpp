@@ -12,8 +12,6 @@ namespace {
 using api::Json;
 using api::text_or_null;
 
-Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
-
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 const char* state_of(const store::Batch& batch) {

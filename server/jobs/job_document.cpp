@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/json_of.h"
 #include "api/problem.h"
 #include "api/request.h"
 #include "api/utc.h"
@@ -13,8 +14,6 @@ namespace meshgauge::server {
 namespace {
 
 using Json = nlohmann::ordered_json;  // writes infinity and NaN as null
-
-Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
 
 // null for an ended job: its result has the interval.
 Json progress_of(const store::Job& row) {
@@ -37,14 +36,7 @@ std::optional<std::size_t> triangles_of(const nlohmann::json& document, const ch
 
 Json gate_of(const store::Job& row) {
   const auto request = api::parse_options(row.options);
-  if (!request || !has_limit(request->options)) return nullptr;
-  const Json gate = api::json_of(*request).at("gate");
-  Json json{{"max_distance", gate.value("max_distance", Json(nullptr))}};
-  for (const char* name : {"max_share_beyond", "zone", "uncertainty"}) {
-    if (gate.contains(name)) json[name] = gate[name];
-  }
-  json["units"] = gate.value("units", Json(nullptr));
-  return json;
+  return request ? api::gate_of(request->options) : Json(nullptr);
 }
 
 std::string problem_json(const store::Job& row) {
@@ -74,6 +66,8 @@ api::Problem cancelled_early() {
 }
 
 std::string to_text(store::TimePoint time) { return api::to_utc_ms(time); }
+
+Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
 
 std::string to_string(store::JobState state) {
   switch (state) {

@@ -1,6 +1,7 @@
 // A job as JSON: GET /v1/comparisons/{id}, and the body of a 202.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
@@ -34,5 +35,6 @@ std::string to_string(store::JobState state);
 
 // 2026-03-01T12:00:00.000Z (RFC 3339).
 std::string to_text(store::TimePoint time);
+nlohmann::ordered_json time_or_null(const std::optional<store::TimePoint>& time);  // to_text()
 
 }  // namespace meshgauge::server

@@ -35,11 +35,13 @@ TEST_CASE("history: a line a gate and run, of which each outcome gets the last 3
   const Report first = runs_after(file, 1);
   CHECK(folder.read("history.jsonl") ==
         "{\"time\":\"2026-11-25T12:00:00Z\",\"commit\":\"c0\",\"gate\":\"lid\",\"verdict\":\"pass\",\"lower\":0.001,"
-        "\"upper\":0.0123,\"limit\":0.05,\"unit\":\"mm\"}\n"
+        "\"upper\":0.0123,\"limit\":0.05,\"unit\":\"mm\",\"criteria\":[{\"name\":\"distance\",\"lower\":0.001,"
+        "\"upper\":0.0123,\"limit\":0.05}]}\n"
         "{\"time\":\"2026-11-25T12:00:00Z\",\"commit\":\"c0\",\"gate\":\"pin\",\"verdict\":\"fail\",\"lower\":0.0968,"
-        "\"upper\":0.0977,\"limit\":0.05,\"unit\":\"mm\"}\n"
+        "\"upper\":0.0977,\"limit\":0.05,\"unit\":\"mm\",\"criteria\":[{\"name\":\"distance\",\"lower\":0.0968,"
+        "\"upper\":0.0977,\"limit\":0.05}]}\n"
         "{\"time\":\"2026-11-25T12:00:00Z\",\"commit\":\"c0\",\"gate\":\"nut\",\"verdict\":\"error\",\"lower\":null,"
-        "\"upper\":null,\"limit\":null,\"unit\":\"mm\"}\n");
+        "\"upper\":null,\"limit\":null,\"unit\":\"mm\",\"criteria\":[]}\n");
   CHECK(first.outcomes[0].history.size() == 1);
 
   const Report last = runs_after(file, 40);
@@ -100,9 +102,10 @@ TEST_CASE("history: each side of a zone has a chart, and the uncertainty is kept
     REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
   }
   const std::string lines = folder.read("history.jsonl");
-  CHECK(lines.find("\"zone\":{\"inside\":{\"lower\":0.06,\"upper\":0.07,\"limit\":0.05},\"outside\":{\"lower\":0.01,"
-                   "\"upper\":null,\"limit\":0.1}},\"uncertainty\":0.01}") != std::string::npos);
-  CHECK(lines.find("\"inside\":{\"lower\":null,\"upper\":null,\"limit\":0.05}") != std::string::npos);
+  CHECK(lines.find("\"criteria\":[{\"name\":\"distance inside\",\"lower\":0.06,\"upper\":0.07,\"limit\":0.05,"
+                   "\"uncertainty\":0.01},{\"name\":\"distance outside\",\"lower\":0.01,\"upper\":null,\"limit\":0.1,"
+                   "\"uncertainty\":0.01}]}") != std::string::npos);
+  CHECK(lines.find("{\"name\":\"distance inside\",\"lower\":null,\"upper\":null,\"limit\":0.05") != std::string::npos);
   const auto charts = charts_of(report.outcomes[0]);
   REQUIRE(charts.size() == 2);
   CHECK(charts[0].what == "the distance inside");
@@ -131,11 +134,13 @@ TEST_CASE("history: each region has a chart, from the run on that has it") {
     REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
   }
   const std::string lines = folder.read("history.jsonl");
-  CHECK(lines.find(",\"regions\":{\"bore\":{\"lower\":0.03,\"upper\":null,\"limit\":0.02}}}\n") != std::string::npos);
-  CHECK(lines.find("regions") > lines.find('\n'));  // the first run has none
+  const auto bore = lines.find("{\"name\":\"distance in bore\",\"lower\":0.03,\"upper\":null,\"limit\":0.02}");
+  REQUIRE(bore != std::string::npos);
+  CHECK(bore > lines.find('\n'));  // the first run has none
   const auto charts = charts_of(report.outcomes[0]);
   REQUIRE(charts.size() == 2);
   CHECK(charts[0].what == "the distance outside of all regions");
+  CHECK(!charts[0].runs[0].limit);  // the limit of the whole was another one
   CHECK(charts[0].runs[2].upper == 0.0123);
   CHECK(charts[1].what == "the distance in bore");
   REQUIRE(charts[1].runs.size() == 3);
@@ -146,21 +151,23 @@ TEST_CASE("history: each region has a chart, from the run on that has it") {
   CHECK(sparkline(charts[1].runs) == "\u00b7\u2588\u2588");
 }
 
-TEST_CASE("history: regions that are none are not read") {
+TEST_CASE("history: criteria that are none are not read") {
   const api::test::Folder folder;
   const auto file = folder / "history.jsonl";
-  std::ofstream(file) << R"({"gate":"lid","verdict":"pass","regions":{"a":3,"b":{},"c":{"limit":"1"},"d":{"limit":1}}})"
-                      << "\n"
-                      << R"({"gate":"lid","verdict":"pass","regions":["a"]})"
-                      << "\n";
+  std::ofstream(file) << R"({"gate":"lid","verdict":"pass","criteria":[3,{},{"name":"b"},{"name":"c","limit":"1"},)"
+                      << R"({"limit":1},{"name":"d","limit":1}]})" << "\n";
+  for (const char* none : {"[]", "{\"a\":{\"limit\":1}}", "\"x\"", "null", "3"})
+    std::ofstream(file, std::ios::app) << R"({"gate":"lid","verdict":"pass","criteria":)" << none << "}\n";
   auto history = History::open(file);
   REQUIRE(history);
   Report report = samples::report_of({samples::passed("lid")});
   REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
-  REQUIRE(report.outcomes[0].history.size() == 3);
-  REQUIRE(report.outcomes[0].history[0].regions.size() == 1);
-  CHECK(report.outcomes[0].history[0].regions.at("d").limit == 1);
-  CHECK(report.outcomes[0].history[1].regions.empty());
+  const auto& runs = report.outcomes[0].history;
+  REQUIRE(runs.size() == 7);
+  REQUIRE(runs[0].criteria.size() == 1);
+  CHECK(runs[0].criteria.at("d").limit == 1);
+  for (std::size_t i = 1; i < 6; ++i) CHECK(runs[i].criteria.empty());
+  CHECK(runs[6].criteria.at("distance").limit == 0.05);
 }
 
 TEST_CASE("history: each limit is drawn by its own verdict") {
@@ -184,21 +191,6 @@ TEST_CASE("history: each limit is drawn by its own verdict") {
   CHECK(sparkline(charts[2].runs) == "\u2581\u2581");
 }
 
-TEST_CASE("history: a zone that is none is not read") {
-  const api::test::Folder folder;
-  const auto file = folder / "history.jsonl";
-  for (const char* zone : {"[-0.1,0.1]", "\"x\"", "null", "3", "{\"inside\":[]}", "{\"inside\":{\"limit\":\"1\"}}"}) {
-    std::ofstream(file) << "{\"gate\":\"lid\",\"verdict\":\"pass\",\"zone\":" << zone << "}\n";
-    auto history = History::open(file);
-    REQUIRE(history);
-    Report report = samples::report_of({samples::passed("lid")});
-    REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
-    REQUIRE(report.outcomes[0].history.size() == 2);
-    CHECK(!report.outcomes[0].history[0].inside);
-    CHECK(!report.outcomes[0].history[0].outside);
-  }
-}
-
 TEST_CASE("history: a limit of the area has a chart of its own") {
   const api::test::Folder folder;
   const auto file = folder / "history.jsonl";
@@ -210,8 +202,8 @@ TEST_CASE("history: a limit of the area has a chart of its own") {
     REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
   }
   CHECK(folder.read("history.jsonl")
-            .find("\"limit\":null,\"unit\":\"mm\",\"share_beyond\":{\"distance\":0.05,\"limit\":0.01,"
-                  "\"lower\":0.00201234,\"upper\":0.00269876}}") != std::string::npos);
+            .find("\"limit\":null,\"unit\":\"mm\",\"criteria\":[{\"name\":\"share beyond\",\"lower\":0.00201234,"
+                  "\"upper\":0.00269876,\"limit\":0.01}]}") != std::string::npos);
   const auto charts = charts_of(report.outcomes[0]);
   REQUIRE(charts.size() == 1);
   CHECK(charts[0].what == "the area farther than 0.05 mm");

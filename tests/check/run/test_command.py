@@ -73,9 +73,10 @@ class Pair(Workplace):
         self.exits(3, *pair, "--max-share-beyond", "2.5 mm: 0 %", "--max-distance", "3 in")
         self.exits(3, *pair, "--max-share-beyond", "1.5 mm: 120 %")
         gate = self.report(2, *pair, "--max-share-beyond", "2: 50 %")["gates"][0]  # within rounding error of 2
-        self.assertEqual(gate["share_beyond"]["limit"], 0.5)
-        self.assertLess(gate["share_beyond"]["lower"], 0.5)
-        self.assertGreater(gate["share_beyond"]["upper"], 0.5)
+        [share] = gate["criteria"]
+        self.assertEqual((share["name"], share["limit"]), ("share beyond", 0.5))
+        self.assertLess(share["lower"], 0.5)
+        self.assertGreater(share["upper"], 0.5)
         self.assertEqual(gate["limit"], {"max_distance": None, "diagonal_share": None, "units": None,
                                          "max_share_beyond": {"distance": 2, "diagonal_share": None, "share": 0.5}})
         self.assertIn("another distance than 2: part of the area", gate["advice"])

@@ -26,9 +26,10 @@ gates:
       - {name: right, %s, max_distance: 1.5 mm}
 """ % (left, right))
         gate = self.report(1, "regions.yaml")["gates"][0]
-        self.assertEqual([(one["name"], one["verdict"], one["limit"]) for one in gate["regions"]],
+        regions = gate["criteria"][1:]
+        self.assertEqual([(one["region"], one["verdict"], one["limit"]) for one in regions],
                          [("left", "pass", 2.5), ("right", "fail", 1.5)])
-        for one in (*gate["regions"], gate["distance"]):  # `distance` is that of the rest
+        for one in (*regions, gate["distance"]):  # `distance` is that of the rest
             self.assertLessEqual(one["lower"], 2)
             self.assertGreaterEqual(one["upper"], 2)
         run = self.exits(1, "regions.yaml", "--junit", "regions.xml", "--markdown", "regions.md", "--html", "regions.html")
@@ -58,7 +59,7 @@ gates:
     max_distance: 3 mm
     regions: [{name: left, group: left, max_distance: 1.5 mm}]
 """)
-        self.assertEqual([one["verdict"] for one in self.report(1, "groups.yaml")["gates"][0]["regions"]], ["fail"])
+        self.assertEqual(self.report(1, "groups.yaml")["gates"][0]["criteria"][1]["verdict"], "fail")
 
 
 if __name__ == "__main__":
