@@ -77,6 +77,7 @@ void Service::add_routes() {
   add_status_routes(router_, metrics_, [this](Exchange& e) { check_ready(e); });
   add_comparison_routes();
   add_batch_routes();
+  add_listing_routes();
   router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
   router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
   router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
@@ -107,6 +108,14 @@ void Service::add_batch_routes() {
   router_.add("GET", "/v1/batches/{}/events", [this](Exchange& e) { batches_->events(e); });
   router_.add("GET", "/v1/batches/{}/results.jsonl", [this](Exchange& e) { batches_->results(e); });
   router_.add("GET", "/v1/batches/{}/junit.xml", [this](Exchange& e) { batches_->junit(e); });
+}
+
+void Service::add_listing_routes() {
+  if (!stores_.listings || !stores_.batches) return;
+  listings_.emplace(settings_, stores_, access_);
+  router_.add("GET", "/v1/meshes", [this](Exchange& e) { listings_->meshes(e); });
+  router_.add("GET", "/v1/comparisons", [this](Exchange& e) { listings_->comparisons(e); });
+  router_.add("GET", "/v1/batches", [this](Exchange& e) { listings_->batches(e); });
 }
 
 std::uint64_t Service::free_bytes() const {

@@ -17,6 +17,7 @@
 #include "server/handlers/batches.h"
 #include "server/handlers/comparisons.h"
 #include "server/handlers/deviations.h"
+#include "server/handlers/listings.h"
 #include "server/handlers/meshes.h"
 #include "server/handlers/readiness.h"
 #include "server/http/http_guard.h"
@@ -56,6 +57,7 @@ class Service {
   void add_routes();
   void add_comparison_routes();
   void add_batch_routes();
+  void add_listing_routes();
 
   void watch_levels();
   std::uint64_t free_bytes() const;
@@ -74,6 +76,7 @@ class Service {
   std::optional<Deviations> deviations_;
   std::optional<Batches> batches_;
   Meshes meshes_;
+  std::optional<Listings> listings_;
   Router router_;
   HttpGuard guard_;
   Readiness readiness_;

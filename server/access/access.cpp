@@ -38,9 +38,9 @@ class Account {
     return std::nullopt;
   }
 
-  std::uint64_t max_jobs() {
+  Allowance allowance() {
     const std::lock_guard lock(mutex_);
-    return allowance_.max_jobs;
+    return allowance_;
   }
 
   // Returns the number of turns before this one.
@@ -128,7 +128,7 @@ Denial too_many_jobs(std::uint64_t limit) {
 
 std::optional<Denial> denial_of(Account& account, const Result<std::uint64_t>& unended) {
   if (!unended) return Denial{api::to_problem(unended.error()), {}};
-  const std::uint64_t limit = account.max_jobs();
+  const std::uint64_t limit = account.allowance().max_jobs;
   return *unended >= limit ? std::optional(too_many_jobs(limit)) : std::nullopt;
 }
 
@@ -225,6 +225,11 @@ std::optional<Denial> Access::require(const Caller& caller, Scope scope) {
       {{"WWW-Authenticate", R"(Bearer realm="meshgauge", error="insufficient_scope", scope=")" + name + "\""}}};
 }
 
+std::optional<Allowance> Access::allowance_of(const std::string& owner) const {
+  const auto account = account_of(owner);
+  return account ? std::optional(account->allowance()) : std::nullopt;
+}
+
 std::optional<Denial> Access::begin_request(const std::string& owner) {
   if (!has_keys()) return std::nullopt;
   const auto account = account_of(owner);
@@ -251,7 +256,7 @@ std::variant<JobTurn, Denial> Access::await_turn(const std::string& owner, const
     JobTurn turn(account);
     const auto there = unended();
     if (auto denial = denial_of(*account, there)) return std::move(*denial);
-    if (*there + kProcesses * before < account->max_jobs()) return turn;
+    if (*there + kProcesses * before < account->allowance().max_jobs) return turn;
   }
   // Jobs of earlier turns may have been counted twice above, and those of other processes not at all.
   const auto gate = account->end_turns();

@@ -102,6 +102,9 @@ class Access {
   // Returns a 403 if the key lacks the scope; nullopt: it has it.
   static std::optional<Denial> require(const Caller& caller, Scope scope);
 
+  // The limits of the owner; nullopt: it has no key, or not any more.
+  std::optional<Allowance> allowance_of(const std::string& owner) const;
+
   // Takes one request from the owner's rate. Returns a 429 with Retry-After if the rate is exceeded; nullopt: it is
   // not.
   std::optional<Denial> begin_request(const std::string& owner);

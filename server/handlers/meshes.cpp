@@ -4,7 +4,6 @@
 
 #include "api/batch_request.h"
 #include "api/digest.h"
-#include "api/json_of.h"
 #include "api/refused.h"
 #include "api/request.h"
 #include "server/access/entrance.h"
@@ -37,16 +36,7 @@ Problem too_many_meshes(std::uint64_t most) {
           {}};
 }
 
-std::string to_json(const MeshRow& row) {
-  const Json json{{"id", row.key.id},
-                  {"bytes", row.bytes},
-                  {"media_type", text_or_null(row.media_type)},
-                  {"file_name", text_or_null(row.file_name)},
-                  {"created", to_text(row.created)},
-                  {"last_used", to_text(row.last_used)},
-                  {"expires", to_text(row.expires)}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+std::string to_json(const MeshRow& row) { return mesh_json(row).dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 std::optional<Problem> check_id(const Exchange& exchange) {
   if (api::is_mesh_id(exchange.segment)) return std::nullopt;
@@ -64,6 +54,16 @@ std::string file_name(const Head& head) {
 }
 
 }  // namespace
+
+Json mesh_json(const MeshRow& row) {
+  return {{"id", row.key.id},
+          {"bytes", row.bytes},
+          {"media_type", text_or_null(row.media_type)},
+          {"file_name", text_or_null(row.file_name)},
+          {"created", to_text(row.created)},
+          {"last_used", to_text(row.last_used)},
+          {"expires", to_text(row.expires)}};
+}
 
 Meshes::Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads)
     : settings_(settings), stores_(stores), access_(access), uploads_(uploads) {}

@@ -5,6 +5,7 @@
 #include <string>
 #include <variant>
 
+#include "api/json_of.h"
 #include "server/access/access.h"
 #include "server/http/exchange.h"
 #include "server/http/upload.h"
@@ -12,6 +13,8 @@
 #include "server/settings.h"
 
 namespace meshgauge::server {
+
+api::Json mesh_json(const store::MeshRow& row);
 
 class Meshes {
  public:

@@ -12,16 +12,22 @@ constexpr std::size_t kMostUnneeded = 10'000;
 
 }  // namespace
 
+Result<std::uint64_t> bytes_of(const Stores& stores, const std::string& owner) {
+  const auto files = stores.blobs.stored_bytes(owner);
+  if (!files) return files.error();
+  const auto rows = stores.meshes.stored(owner);
+  if (!rows) return rows.error();
+  return *files + rows->meshes * kMeshOverhead;
+}
+
 std::variant<StorageHold, Denial> hold_storage(Access& access, const Stores& stores, const std::string& owner,
                                                std::uint64_t bytes, std::uint64_t max_stored_bytes) {
   if (bytes == 0) return StorageHold();
   std::optional<Error> failure;
   auto hold = access.hold_storage(owner, bytes, max_stored_bytes, [&]() -> std::uint64_t {
-    const auto files = stores.blobs.stored_bytes(owner);
-    const auto rows = stores.meshes.stored(owner);
-    if (files && rows) return *files + rows->meshes * kMeshOverhead;
-    failure = files ? rows.error() : files.error();
-    return 0;
+    const auto stored = bytes_of(stores, owner);
+    if (!stored) failure = stored.error();
+    return stored ? *stored : 0;
   });
   if (failure) return Denial{api::to_problem(*failure), {}};
   return hold;

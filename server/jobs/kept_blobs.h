@@ -15,7 +15,10 @@ namespace meshgauge::server {
 // What a stored mesh takes beside its bytes: the rest of its last block on the disk, and its row.
 inline constexpr std::uint64_t kMeshOverhead = 5 << 10;
 
-// Reserves quota for bytes that are about to be put, on top of what the owner's blobs and meshes take
+// What counts against an owner's quota: its meshes and the files of its unended comparisons, with the overhead.
+Result<std::uint64_t> bytes_of(const Stores& stores, const std::string& owner);
+
+// Reserves quota for bytes that are about to be put, on top of bytes_of() the owner
 // (Access::hold_storage()). Add kMeshOverhead for a new mesh.
 // Each caller holds the bytes of a new blob until it is put, so an owner's blobs never pass the limit together. For 0
 // bytes it holds and denies nothing.

@@ -6,6 +6,7 @@
 #include "server/store/batch_store.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
+#include "server/store/listings.h"
 #include "server/store/mesh_index.h"
 #include "server/store/signals.h"
 
@@ -20,6 +21,7 @@ struct Stores {
   bool shared = false;                   // other processes use these stores: workers run the jobs
   MapCache* maps = nullptr;              // null: no deviation maps are made
   store::BatchStore* batches = nullptr;  // null: there are no batches
+  store::Listings* listings = nullptr;   // null: nothing is listed
 };
 
 }  // namespace meshgauge::server

@@ -36,6 +36,7 @@ class DistributedStores final : public AllStores {
   JobStore& jobs() override { return *store_; }
   MeshIndex& meshes() override { return *store_; }
   BatchStore& batches() override { return *store_; }
+  Listings& listings() override { return *store_; }
   BlobStore& blobs() override { return *blobs_; }
   Signals& signals() override { return store_->signals(); }
   bool shared() const override { return true; }

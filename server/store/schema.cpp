@@ -166,8 +166,15 @@ DROP INDEX jobs_finished;
 CREATE INDEX jobs_finished ON jobs (owner, (worker <> '' OR tries <> 1), finished) WHERE state >= 2;
 )sql";
 
-constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThird,  kSqliteFourth,
-                                        kSqliteFifth, kSqliteSixth,  kSqliteSeventh};
+// The order of Listings.
+constexpr const char* kSqliteEighth = R"sql(
+CREATE INDEX jobs_newest ON jobs (owner, created, id);
+CREATE INDEX meshes_newest ON meshes (owner, created, id);
+CREATE INDEX batches_newest ON batches (owner, created, id);
+)sql";
+
+constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThird,   kSqliteFourth,
+                                        kSqliteFifth, kSqliteSixth,  kSqliteSeventh, kSqliteEighth};
 
 Error unusable_file(const Connection& connection, const std::string& why) {
   return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};

@@ -1,4 +1,4 @@
-// JobStore, BatchStore and MeshIndex in one SQLite database: write-ahead log, synced at every commit, one writer
+// JobStore, BatchStore, MeshIndex and Listings in one SQLite database: write-ahead log, synced at every commit, one writer
 // (writer.h).
 #pragma once
 
@@ -10,6 +10,7 @@
 
 #include "server/store/batch_store.h"
 #include "server/store/job_store.h"
+#include "server/store/listings.h"
 #include "server/store/memory_signals.h"
 #include "server/store/mesh_index.h"
 #include "server/store/outage.h"
@@ -27,7 +28,7 @@ struct SqliteSettings {
   Report report = {};                   // gets a line when an older schema was migrated
 };
 
-class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
+class SqliteStore final : public JobStore, public BatchStore, public MeshIndex, public Listings {
  public:
   // Creates the database if needed, and migrates an older schema. No other object may use the file (DataFolder ensures
   // that).
@@ -80,6 +81,12 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   Result<StoredMeshes> stored(const std::string& owner) override;
   Result<std::uint64_t> all_stored_bytes() override;
   Result<std::vector<BlobKey>> sweep_meshes(TimePoint now) override;
+
+  Result<std::vector<MeshRow>> list_meshes(const Page& page) override;
+  Result<std::vector<ListedJob>> list_jobs(const Page& page) override;
+  Result<std::vector<ListedBatch>> list_batches(const Page& page) override;
+  Result<JobsOfOwner> jobs_owned(const std::string& owner) override;
+  Result<std::uint64_t> batches_owned(const std::string& owner) override;
 
  private:
   SqliteStore(const SqliteSettings& settings, std::unique_ptr<Connection> connection);

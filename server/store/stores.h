@@ -7,6 +7,7 @@
 #include "server/store/batch_store.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
+#include "server/store/listings.h"
 #include "server/store/mesh_index.h"
 #include "server/store/signals.h"
 
@@ -19,6 +20,7 @@ class AllStores {
   virtual JobStore& jobs() = 0;
   virtual MeshIndex& meshes() = 0;
   virtual BatchStore& batches() = 0;
+  virtual Listings& listings() = 0;
   virtual BlobStore& blobs() = 0;
   virtual Signals& signals() = 0;
   virtual bool shared() const = 0;  // other processes use these stores, too

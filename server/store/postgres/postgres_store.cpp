@@ -12,13 +12,13 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr auto kCancelJob =
+constexpr auto kCancelByKey =
     "UPDATE jobs SET" + kCancel + " WHERE owner = $1 AND id = $2 AND " + kCancellable + " RETURNING state";
 constexpr auto kFindJobs =
     "SELECT" + kJobColumns + " FROM jobs WHERE (owner, id) IN (SELECT * FROM unnest($1::bytea[], $2::bytea[]))";
 
 std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Moment moment) {
-  PgRows row = connection.query(kCancelJob, key.owner, key.id, moment.now, moment.keep_until);
+  PgRows row = connection.query(kCancelByKey, key.owner, key.id, moment.now, moment.keep_until);
   if (row.next()) return static_cast<JobState>(row.number(0));
   const std::optional<Job> ended = find_job(connection, key);
   if (!ended) return std::nullopt;

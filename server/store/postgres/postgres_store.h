@@ -1,4 +1,4 @@
-// JobStore, MeshIndex and BatchStore in one PostgreSQL database, for any number of processes at once.
+// JobStore, MeshIndex, BatchStore and Listings in one PostgreSQL database, for any number of processes at once.
 //
 // Each call is one statement or one transaction, repeated until its answer is known, for some seconds at most (pool.h).
 // Rows of jobs are locked in the order of (owner, id), so that calls cannot deadlock.
@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "server/store/batch_store.h"
+#include "server/store/listings.h"
 #include "server/store/mesh_index.h"
 #include "server/store/migrated.h"
 #include "server/store/postgres/control.h"
@@ -28,7 +29,7 @@ struct PostgresSettings {
   Report report = {};                            // gets lines about outages
 };
 
-class PostgresStore final : public JobStore, public MeshIndex, public BatchStore {
+class PostgresStore final : public JobStore, public MeshIndex, public BatchStore, public Listings {
  public:
   // Migrates the schema first if needed; the report gets a line about that.
   static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
@@ -85,6 +86,12 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<Load> batch_load(const std::string& owner) override;
   Result<bool> forget_batch(const JobKey& key) override;
   Result<std::uint64_t> sweep_batches(TimePoint ended_before) override;
+
+  Result<std::vector<MeshRow>> list_meshes(const Page& page) override;
+  Result<std::vector<ListedJob>> list_jobs(const Page& page) override;
+  Result<std::vector<ListedBatch>> list_batches(const Page& page) override;
+  Result<JobsOfOwner> jobs_owned(const std::string& owner) override;
+  Result<std::uint64_t> batches_owned(const std::string& owner) override;
 
  private:
   PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns);

@@ -97,7 +97,7 @@ std::vector<Claimed> all_claimed(PgRows row) {
   return all;
 }
 
-constexpr auto kHear = R"sql(
+constexpr auto kHearBeats = R"sql(
     WITH locked AS MATERIALIZED (
       SELECT found.number, given.*, $9::int8 AS lease_until
       FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], $3::bytea[], $4::int8[], $5::float8[], $6::float8[],
@@ -132,7 +132,7 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
     stages.push_back(progress ? std::optional(progress->stage) : std::nullopt);
     engines.push_back(progress ? std::optional(progress->by) : std::nullopt);
   }
-  PgRows row = connection.query(kHear, owners, ids, workers, tries, lowers, uppers, stages, engines, lease_until);
+  PgRows row = connection.query(kHearBeats, owners, ids, workers, tries, lowers, uppers, stages, engines, lease_until);
   Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), {}};
   while (row.next()) {
     const auto place = static_cast<std::size_t>(row.number(0) - 1);

@@ -224,7 +224,14 @@ DROP INDEX jobs_finished;
 CREATE INDEX jobs_finished ON jobs (owner, (worker <> '' OR tries <> 1), finished, number) WHERE state >= 2;
 )sql";
 
-constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth, kSixth, kSeventh, kEighth};
+// The order of Listings.
+constexpr const char* kNinth = R"sql(
+CREATE INDEX jobs_newest ON jobs (owner, created, id) INCLUDE (state);
+CREATE INDEX meshes_newest ON meshes (owner, created, id);
+CREATE INDEX batches_newest ON batches (owner, created, id);
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth, kSixth, kSeventh, kEighth, kNinth};
 
 Error unusable_database(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
 

@@ -35,6 +35,7 @@ class EmbeddedForTests {
   JobStore& jobs() { return stores_->jobs(); }
   MeshIndex& meshes() { return stores_->meshes(); }
   BatchStore& batches() { return stores_->batches(); }
+  Listings& listings() { return stores_->listings(); }
   BlobStore& blobs() { return stores_->blobs(); }
   Signals& signals() { return stores_->signals(); }
   void reopen() {
