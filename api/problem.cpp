@@ -8,7 +8,7 @@ namespace {
 constexpr ProblemRow kTable[] = {
     {ProblemKind::malformed_request, "malformed-request", "The request is malformed", 400},
     {ProblemKind::unauthorized, "unauthorized", "A key is needed", 401},
-    {ProblemKind::forbidden, "forbidden", "The key lacks the required scope", 403},
+    {ProblemKind::forbidden, "forbidden", "The request needs a key that allows it", 403},
     {ProblemKind::foreign_request, "foreign-request", "The request is for or from another site", 403},
     {ProblemKind::quota_exceeded, "quota-exceeded", "The key's storage quota is used up", 403},
     {ProblemKind::not_found, "not-found", "Not found", 404},

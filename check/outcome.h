@@ -97,10 +97,10 @@ struct PastCriterion {
 struct PastRun {
   std::string commit;  // empty: not known
   Verdict verdict = Verdict::undecided;
-  std::optional<double> lower, upper, limit;         // nullopt: not measured, or no finite upper bound
-  std::string unit;                                  // empty: not known
-  double uncertainty = 0;                            // of the lengths
-  std::map<std::string, PastCriterion> criteria{};   // the limits, by name
+  std::optional<double> lower, upper, limit;        // nullopt: not measured, or no finite upper bound
+  std::string unit;                                 // empty: not known
+  double uncertainty = 0;                           // of the lengths
+  std::map<std::string, PastCriterion> criteria{};  // the limits, by name
 };
 
 struct GateOutcome {

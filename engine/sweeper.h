@@ -96,9 +96,9 @@ struct alignas(64) Sweeper : Experience {
   std::optional<Patch> patch;
   // The triangle of B used last; kNone as long as other threads have measured all vertices that this one needed.
   std::uint32_t last = Nearest::kNone;
-  std::size_t guessed = 0;              // triangles of A for which guesses were tried
-  std::size_t uncertified = 0;          // of those, the ones that no guess culled
-  std::vector<std::uint32_t> left;      // triangles of the block that are not culled yet
+  std::size_t guessed = 0;          // triangles of A for which guesses were tried
+  std::size_t uncertified = 0;      // of those, the ones that no guess culled
+  std::vector<std::uint32_t> left;  // triangles of the block that are not culled yet
 
   explicit Sweeper(Search& search) : worker(search) {}
 };

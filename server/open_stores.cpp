@@ -38,8 +38,8 @@ Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) 
 }
 
 Stores stores_of(store::AllStores& all, MeshCache& cache, MapCache* maps) {
-  return {all.jobs(), all.meshes(),  all.blobs(), all.signals(),    cache,
-          all.shared(), maps, &all.batches(), &all.listings()};
+  return {all.jobs(),   all.meshes(), all.blobs(),    all.signals(),  cache,
+          all.shared(), maps,         &all.batches(), &all.listings()};
 }
 
 }  // namespace meshgauge::server

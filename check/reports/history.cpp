@@ -171,8 +171,7 @@ std::vector<Chart> charts_of(const GateOutcome& outcome) {
   std::vector<Chart> charts;
   for (const Criterion& c : outcome.measured->criteria) {
     Chart& chart = charts.emplace_back(Chart{"the " + c.name, outcome.unit(), {}});
-    if (c.beyond)
-      chart = {"the area farther than " + api::with_unit(to_digits(*c.beyond, 6), outcome.unit()), "%", {}};
+    if (c.beyond) chart = {"the area farther than " + api::with_unit(to_digits(*c.beyond, 6), outcome.unit()), "%", {}};
     for (const PastRun& run : outcome.history) chart.runs.push_back(run_of(run, c));
   }
   return charts;

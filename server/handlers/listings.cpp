@@ -41,19 +41,19 @@ std::optional<Page::Place> place_in(std::string_view text) {
 
 std::variant<Page, Problem> read_page(const Exchange& exchange) {
   Page page{exchange.owner, std::nullopt, kMostListed};
-  auto refusal = read_query(
-      exchange.head.query, {"limit", "after"},
-      [&](std::string_view name, std::string_view value) -> std::optional<Problem> {
-        if (name == "after") {
-          page.after = place_in(value);
-          if (page.after) return std::nullopt;
-          return api::malformed("'after' must be the 'next' of the page before, not " + quoted(value));
-        }
-        const auto limit = whole_number(name, value, kMostListed);
-        if (const auto* problem = std::get_if<Problem>(&limit)) return *problem;
-        page.most = std::get<std::uint64_t>(limit);
-        return std::nullopt;
-      });
+  auto refusal =
+      read_query(exchange.head.query, {"limit", "after"},
+                 [&](std::string_view name, std::string_view value) -> std::optional<Problem> {
+                   if (name == "after") {
+                     page.after = place_in(value);
+                     if (page.after) return std::nullopt;
+                     return api::malformed("'after' must be the 'next' of the page before, not " + quoted(value));
+                   }
+                   const auto limit = whole_number(name, value, kMostListed);
+                   if (const auto* problem = std::get_if<Problem>(&limit)) return *problem;
+                   page.most = std::get<std::uint64_t>(limit);
+                   return std::nullopt;
+                 });
   if (refusal) return *std::move(refusal);
   return page;
 }

@@ -30,7 +30,8 @@ class Listings {
   template <class Row>
   using List = Result<std::vector<Row>> (store::Listings::*)(const store::Page& page);
   template <class Row>
-  void list(Exchange& exchange, const char* name, List<Row> of, Result<api::Json> (Listings::*used)(const std::string&));
+  void list(Exchange& exchange, const char* name, List<Row> of,
+            Result<api::Json> (Listings::*used)(const std::string&));
 
   Result<api::Json> meshes_used(const std::string& owner);
   Result<api::Json> comparisons_used(const std::string& owner);

@@ -1,4 +1,5 @@
-// The query of a request: name=value pairs between "&". Nothing is decoded: the values that are allowed need no escapes.
+// The query of a request: name=value pairs between "&". Nothing is decoded: the values that are allowed need no
+// escapes.
 #pragma once
 
 #include <cstdint>

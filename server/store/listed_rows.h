@@ -61,9 +61,9 @@ std::vector<ListedJob> list_jobs(Db& db, const Page& page) {
 template <class Db>
 std::vector<ListedBatch> list_batches(Db& db, const Page& page) {
   std::map<std::string, std::uint64_t> unended;
-  auto mine = db.query(
-      "SELECT batch, count(*) FROM jobs WHERE state IN (0, 1) AND owner = $1 AND batch <> '' GROUP BY batch",
-      page.owner);
+  auto mine =
+      db.query("SELECT batch, count(*) FROM jobs WHERE state IN (0, 1) AND owner = $1 AND batch <> '' GROUP BY batch",
+               page.owner);
   while (mine.next()) unended.emplace(mine.text(0), count_in(mine, 1));
   std::vector<ListedBatch> batches;
   auto row = query_page(db, kListedBatches, page);
@@ -81,11 +81,11 @@ std::vector<ListedBatch> list_batches(Db& db, const Page& page) {
 template <class Db>
 JobsOfOwner count_jobs_of(Db& db, const std::string& owner) {
   JobsOfOwner jobs;
-  auto row = db.query("SELECT state, count(*) FROM jobs WHERE state IN (0, 1, 2, 3, 4) AND owner = $1 GROUP BY state",
-                      owner);
+  auto row =
+      db.query("SELECT state, count(*) FROM jobs WHERE state IN (0, 1, 2, 3, 4) AND owner = $1 GROUP BY state", owner);
   while (row.next()) jobs.by_state.at(count_in(row, 0)) = count_in(row, 1);
-  jobs.bytes = only_count(db.query(
-      "SELECT CAST(coalesce(sum(cost), 0) AS bigint) FROM jobs WHERE state IN (0, 1) AND owner = $1", owner));
+  jobs.bytes = only_count(
+      db.query("SELECT CAST(coalesce(sum(cost), 0) AS bigint) FROM jobs WHERE state IN (0, 1) AND owner = $1", owner));
   return jobs;
 }
 

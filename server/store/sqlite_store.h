@@ -1,5 +1,5 @@
-// JobStore, BatchStore, MeshIndex and Listings in one SQLite database: write-ahead log, synced at every commit, one writer
-// (writer.h).
+// JobStore, BatchStore, MeshIndex and Listings in one SQLite database: write-ahead log, synced at every commit, one
+// writer (writer.h).
 #pragma once
 
 #include <functional>

@@ -105,12 +105,12 @@ constexpr auto kHearBeats = R"sql(
               WITH ORDINALITY AS beat (owner, id, worker, tries, lower, upper, stage, bounds_by, place)
             ORDER BY owner, id) AS given
       CROSS JOIN LATERAL (SELECT number FROM jobs WHERE )sql" +
-                       kHeld + R"sql( FOR UPDATE) AS found)
-    UPDATE jobs SET)sql" +
-                       kRenew + R"sql(
+                            kHeld + R"sql( FOR UPDATE) AS found)
+    UPDATE jobs SET)sql" + kRenew +
+                            R"sql(
     FROM locked AS given WHERE jobs.number = given.number
     RETURNING place, cancel_requested, batch, )sql" +
-                       kFleeting;
+                            kFleeting;
 
 struct Heard {
   std::vector<Heartbeat> answers;

@@ -155,7 +155,8 @@ TEST_CASE("history: criteria that are none are not read") {
   const api::test::Folder folder;
   const auto file = folder / "history.jsonl";
   std::ofstream(file) << R"({"gate":"lid","verdict":"pass","criteria":[3,{},{"name":"b"},{"name":"c","limit":"1"},)"
-                      << R"({"limit":1},{"name":"d","limit":1}]})" << "\n";
+                      << R"({"limit":1},{"name":"d","limit":1}]})"
+                      << "\n";
   for (const char* none : {"[]", "{\"a\":{\"limit\":1}}", "\"x\"", "null", "3"})
     std::ofstream(file, std::ios::app) << R"({"gate":"lid","verdict":"pass","criteria":)" << none << "}\n";
   auto history = History::open(file);

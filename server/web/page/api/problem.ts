@@ -65,7 +65,7 @@ function isDefect(value: unknown): boolean {
 
 const kinds: Record<number, [string, string]> = {
   401: ["unauthorized", "A key is needed"],
-  403: ["forbidden", "The key lacks the required scope"],
+  403: ["forbidden", "The request needs a key that allows it"],
   404: ["not-found", "Not found"],
   413: ["too-large", "A size limit is exceeded"],
   429: ["too-many-requests", "The key or the client's address is at its limit"],
