@@ -1,5 +1,6 @@
 #include "server/service.h"
 
+#include "server/handlers/options.h"
 #include "server/maps/spare_room.h"
 #include "server/memory_plan.h"
 #include "server/observe/log.h"
@@ -92,6 +93,7 @@ void Service::add_comparison_routes() {
   router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
   router_.add("POST", "/v1/comparisons/{}/cancel", [this](Exchange& e) { comparisons_.cancel(e); });
   router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
+  router_.add("POST", "/v1/options", [this](Exchange& e) { read_options(e, settings_); });
   if (!deviations_) return;
   for (const auto& format : api::kMapFormats) {
     router_.add("GET", "/v1/comparisons/{}/deviation." + std::string(format.name),

@@ -9,6 +9,7 @@
 #include "api/refused.h"
 #include "server/access/entrance.h"
 #include "server/handlers/comparison_form.h"
+#include "server/handlers/options.h"
 #include "server/handlers/refusals.h"
 #include "server/http/event_stream.h"
 #include "server/http/idempotency.h"
@@ -34,16 +35,6 @@ Jobs::Kind kind_of(const Preferences& preferences) {
 }
 
 store::JobKey job_key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
-
-std::optional<Problem> add_ids(std::string& text, std::string_view piece) {
-  if (text.size() + piece.size() > api::kMaxOptionsBytes) {
-    return Problem{ProblemKind::too_large,
-                   "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes",
-                   {}};
-  }
-  text.append(piece);
-  return std::nullopt;
-}
 
 // A document without the ids of stored meshes is often meant for files.
 Error with_remedy(Error error) {
@@ -170,7 +161,7 @@ void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, c
 
 void Comparisons::receive(Exchange& exchange, const std::shared_ptr<Post>& post) {
   std::string_view type = exchange.head.header("content-type");
-  Body::Receive piece = [post](std::string_view bytes) { return add_ids(post->text, bytes); };
+  Body::Receive piece = [post](std::string_view bytes) { return add_piece(post->text, bytes); };
   if (take_kind(type) != "application/json") {
     std::string boundary;
     constexpr const char* kWanted =

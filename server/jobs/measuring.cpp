@@ -19,9 +19,6 @@ using api::Problem;
 using api::ProblemKind;
 using store::JobState;
 
-constexpr std::uint64_t kWorthThreads =
-    std::uint64_t{2} << 20;  // bytes of both files, about 20,000 triangles each; larger jobs get more threads
-
 // The bounds that a search for the largest distance notes for the areas: those of the search, those of its directions,
 // and of the directions before them while a gate is narrowed, or those of the search of the areas.
 constexpr std::uint64_t kNotedBytes = 3 * sizeof(float);  // a triangle
@@ -85,7 +82,7 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   }
   const auto start = LiveJob::Clock::now();
   api::ComparisonOptions& options = job.request.options;
-  const bool large = !job.request.threads_given && job.bytes >= kWorthThreads;
+  const bool large = !job.request.threads_given && job.bytes >= ThreadBudget::kWorthThreads;
   const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
   options.threads = loan.threads();
   metrics_.job_started(ms_between(job.submitted, start) / 1000);

@@ -13,6 +13,9 @@ namespace meshgauge::server {
 
 class ThreadBudget {
  public:
+  // Bytes of both files, about 20,000 triangles each: larger ones get more threads than one.
+  static constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;
+
   class Loan {
    public:
     Loan(Loan&& other) noexcept : budget_(std::exchange(other.budget_, nullptr)), threads_(other.threads_) {}

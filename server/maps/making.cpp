@@ -13,8 +13,6 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files; larger ones get more threads
-
 class Watch {
  public:
   double lap_ms() {
@@ -72,8 +70,8 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   const Prepared& shown = of_a ? *measured->a : *measured->b;
   const Prepared& other = of_a ? *measured->b : *measured->a;
   if (auto ok = check_size(order, shown, tools.settings.max_heap_bytes); !ok) return ok.error();
-  const auto loan =
-      tools.threads.lend(order.bytes >= kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);
+  const auto loan = tools.threads.lend(
+      order.bytes >= ThreadBudget::kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);
   api::MapOptions options;
   options.refine = is_for_viewing(order.query.kind);
   options.max_triangles = order.query.max_triangles.value_or(options.max_triangles);

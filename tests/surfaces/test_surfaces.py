@@ -110,6 +110,9 @@ class Surfaces(ServerCase):
     def http(self, request):
         return self.server.compare(self.a.read_bytes(), self.b.read_bytes(), json.dumps(request).encode())
 
+    def options(self, request):
+        return self.server.send("POST", "/v1/options", json.dumps(request).encode())
+
     def manifest(self, requests, *flags):
         """The report on a manifest with these gates, and what the terminal says."""
         gates = [{"name": str(i), "candidate": "a.obj", "baseline": "b.obj", **request} for i, request in enumerate(requests)]
@@ -135,6 +138,9 @@ class Surfaces(ServerCase):
                 answer = self.http(request)
                 self.assertEqual(answer.status, 200, answer.body)
                 document = without_chance(answer.json())
+                read = self.options(request)
+                self.assertEqual(read.status, 200, read.body)
+                self.assertEqual(self.options(read.json()).body, read.body)  # as it is written, it means the same
                 here = meshgauge.compare(self.a, self.b, **request)
                 self.assertEqual(without_chance(here.document), document)
                 self.assertEqual(without_chance(gate["comparison"]), document)
@@ -152,6 +158,7 @@ class Surfaces(ServerCase):
                 answer = self.http(request)
                 self.assertEqual(answer.status, 422, answer.body)
                 wrong = sorted(said(one["message"]) for one in answer.json()["errors"])
+                self.assertEqual(self.options(request).body, answer.body)
                 gates, _ = self.manifest([request])
                 self.assertEqual(sorted(said(gate["error"]["message"]) for gate in gates), wrong)
                 if not is_own_of_python(request):

@@ -1,11 +1,12 @@
 // The page's views and the transitions between them. The address decides which one is shown.
 import { Client, isAbort } from "./api/client.js";
 import { BatchDesk } from "./batch/desk.js";
-import { hasEnded, type Comparison, type Job, type Options, type Side } from "./api/types.js";
+import { hasEnded, type Comparison, type Job, type Side } from "./api/types.js";
 import { watch } from "./api/watch.js";
 import { Announcer, find, h } from "./dom.js";
 import { acceptDrops } from "./form/dropping.js";
 import { Form, type Chosen, type Order } from "./form/form.js";
+import type { Json } from "./form/options.js";
 import { KeyDialog } from "./key.js";
 import { fallbackNames } from "./result/share.js";
 import { showResult } from "./result/result.js";
@@ -15,7 +16,7 @@ import { RunView } from "./run/view.js";
 import { ProblemError } from "./api/problem.js";
 import { damagedWords } from "./text/links.js";
 import { optionsOf, withoutLimits } from "./text/snippets.js";
-import { titleOf, unitAsked, wordingOf } from "./text/verdict.js";
+import { titleOf, wordingOf } from "./text/verdict.js";
 import { showTrouble } from "./trouble.js";
 
 type View = "form" | "run" | "result" | "batch" | "none";
@@ -143,8 +144,7 @@ export class App {
     this.leave();
     const names = { a: nameOf(order.a), b: nameOf(order.b) };
     const signal = this.controller.signal;
-    const limit = order.options.gate?.max_distance;
-    const run = this.openRun(names, typeof limit === "number" ? limit : null, unitAsked(order.options.gate?.units));
+    const run = this.openRun(names);
     const report = {
       upload: run.upload.bind(run),
       progress: run.progress.bind(run),
@@ -170,7 +170,7 @@ export class App {
       const job = await this.client.job(id, signal);
       if (hasEnded(job)) return await this.finish(job, signal);
       const memory = this.memories.get(id);
-      const run = this.openRun(memory?.names ?? null, job.gate?.max_distance ?? null, unitAsked(job.gate?.units));
+      const run = this.openRun(memory?.names ?? null);
       this.running = id;
       run.accepted(job);
       await this.finish(await watch(this.client, id, run, signal), signal);
@@ -179,25 +179,22 @@ export class App {
     }
   }
 
-  private openRun(names: Record<Side, string> | null, limit: number | null, units: string): RunView {
-    const face = { names, limit, units, cancel: () => void this.cancel() };
+  private openRun(names: Record<Side, string> | null): RunView {
+    const face = { names, cancel: () => void this.cancel() };
     this.run = new RunView(this.views.run, face, this.announcer);
     this.show("run", "Measuring · meshgauge");
     this.run.focus();
     return this.run;
   }
 
-  // Before the service has accepted the comparison, cancelling only stops the page: it goes back to where it was. DELETE makes
-  // the service forget a comparison that has ended, so its state is asked for first.
+  // Before the service has accepted the comparison, cancelling only stops the page: it goes back to where it was.
   private async cancel(): Promise<void> {
     const { running, run } = this;
     const { signal } = this.controller;
     if (running === null) return this.go();
     try {
-      const job = await this.client.job(running, signal);
-      if (signal.aborted) return;
-      if (hasEnded(job)) return await this.finishOr(job, signal);
-      if ((await this.client.cancel(running)) === null) this.forgotten(running, signal);
+      const job = await this.client.cancel(running);
+      if (!signal.aborted && hasEnded(job)) await this.finishOr(job, signal);
     } catch (error) {
       if (signal.aborted || isAbort(error)) return;
       showTrouble(this.trouble, error, {});
@@ -206,19 +203,12 @@ export class App {
   }
 
   private async finishOr(job: Job, signal: AbortSignal): Promise<void> {
-    this.announcer.sayNow("It had already ended.");
+    if (job.state !== "cancelled") this.announcer.sayNow("It had already ended.");
     try {
       await this.finish(job, signal);
     } catch (error) {
       this.failed(error, signal, () => void this.go(), this.memories.get(job.id)?.order);
     }
-  }
-
-  // The comparison ended between the state's response and the DELETE.
-  private forgotten(id: string, signal: AbortSignal): void {
-    const why = "It ended just before it was cancelled. Cancelling a comparison that has ended removes it, so its link no longer works.";
-    if (!signal.aborted) this.over("Ended and removed", `${why} Measure again to get the result.`);
-    else if (location.pathname === pathOf(id)) this.trouble.replaceChildren(h("p", { class: "notice", role: "status" }, why));
   }
 
   private async finish(job: Job, signal: AbortSignal): Promise<void> {
@@ -233,7 +223,8 @@ export class App {
     this.leave();
     history?.add({ ms: Math.max(result.timings_ms.total - result.timings_ms.queue, history.last?.ms ?? 0), ...result.distance });
     this.show("result", titleOf(result));
-    const timeoutMs = memory?.order.options.timeout_ms ?? null;
+    const timeout = memory?.order.options["timeout"];
+    const timeoutMs = typeof timeout === "number" ? 1000 * timeout : null;
     const again = () => this.again(job, names);
     const narrow = () => void this.begin(orderToNarrow(result, names, memory?.order.options ?? {}));
     this.endResult = showResult(this.views.result, this.client, { job, result, names, history, timeoutMs, again, narrow });
@@ -309,7 +300,7 @@ export class App {
 }
 
 /** The same meshes, which the service has, and the same options without the limits. */
-function orderToNarrow(result: Comparison, names: Record<Side, string>, known: Options): Order {
+function orderToNarrow(result: Comparison, names: Record<Side, string>, known: Json): Order {
   const options = withoutLimits({ ...known, ...optionsOf(result) });
   const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
   return { a: stored("a"), b: stored("b"), options };

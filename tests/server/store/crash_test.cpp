@@ -204,11 +204,11 @@ TEST_CASE("crash: acknowledged data is there, complete") {
   for (int round = 0; round < crashes(); ++round) {
     CAPTURE(round);
     // Each crash checks everything that has gathered: start again before that is too much.
-    if (round % 5 == 0) {
+    if (round % 3 == 0) {
       earlier.clear();
       std::filesystem::remove_all(data);
     }
-    const auto after = std::chrono::milliseconds(std::uniform_int_distribution<int>(5, 400)(dice));
+    const auto after = std::chrono::milliseconds(std::uniform_int_distribution<int>(5, 150)(dice));
     const Promises promises = kill_one(data, round, after);
     promised += promises.size();
     const auto stores = got(EmbeddedStores::open({data}));

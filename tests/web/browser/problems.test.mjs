@@ -66,18 +66,21 @@ test("a file above the limit is refused with the limit", async () => {
   await walk.tab.close();
 });
 
-test("fields that make no sense are named beside them, before anything is sent", async () => {
-  const walk = await place.open();
+test("what is missing, and fields that make no sense, are named beside them before any mesh is sent", async () => {
+  const walk = await place.open(), { page } = walk;
   await walk.fill({ a: place.files["good.obj"], limit: "0,5", timeout: "1000" });
   await walk.measure();
-  const form = await walk.text("#form-view");
-  await walk.tab.shot("problem_fields", { whole: true });
-  assert.match(form, /point, not a comma/);
-  assert.match(form, /from 0\.001 to 180 seconds/);
-  assert.match(form, /Choose the baseline/);
-  assert.equal(await walk.page.locator("#limit").getAttribute("aria-invalid"), "true");
+  await walk.reads("#form-view", /Choose the baseline/);
   assert.deepEqual(walk.tab.requests.filter((line) => line.includes("/v1/")), []);
-  walk.tab.assertClean();
+  await walk.fill({ b: place.files["other.obj"], inside: "1 parsec", outside: "2" });
+  await walk.measure();
+  await walk.reads("#limit-error", /^Must be a number .* write the decimals behind a point\.$/);
+  await walk.reads("#inside-error", /^Must have a unit of length /);
+  await walk.reads("#timeout-error", /^Must be from 1 ms to 180 s, not '1000'\.$/);
+  await walk.tab.shot("problem_fields", { whole: true });
+  assert.equal(await page.locator("#limit").getAttribute("aria-invalid"), "true");
+  assert.deepEqual(walk.tab.requests.filter((line) => line.includes("/v1/meshes")), []);
+  walk.tab.assertClean({ expected: [/422.*\/v1\/options/] });
   await walk.tab.close();
 });
 

@@ -68,10 +68,10 @@ test("cancelling a comparison that has ended unseen shows its result and forgets
 test("a cancellation that does not arrive may be tried again", async () => {
   const walk = await place.open(), { page } = walk;
   const id = await running(walk);
-  await page.route(`**/v1/comparisons/${id}`, (route) => (route.request().method() === "DELETE" ? route.abort() : route.fallback()));
+  await page.route(`**/v1/comparisons/${id}/cancel`, (route) => route.abort());
   await walk.press("Cancel");
   await page.locator("#trouble .trouble").waitFor();
-  await page.unroute(`**/v1/comparisons/${id}`);
+  await page.unroute(`**/v1/comparisons/${id}/cancel`);
   await walk.press("Cancel");
   await walk.measured();
   assert.equal((await isThere(id)).state, "cancelled");

@@ -205,7 +205,7 @@ test("results are parsed line by line wherever they are cut, and a break is a ne
 
 test("starting again with the Idempotency-Key of an ended comparison returns it", async () => {
   answers = [json(comparison({ id })), json(job("done"))];
-  const told = await new Client().begin({ a: "a".repeat(64), b: "b".repeat(64) }, "once");
+  const told = await new Client().begin({ a: "a".repeat(64), b: "b".repeat(64), options: {} }, "once");
   assert.equal(told.state, "done");
   assert.equal(asked.at(-1)?.path, `/v1/comparisons/${id}`);
 });

@@ -12,10 +12,10 @@ export async function batchAt(client: Client, id: string, signal?: AbortSignal):
   return (await answer.json()) as Batch;
 }
 
-/** Cancels a batch. null: it had ended before, and is forgotten. */
-export async function cancelBatch(client: Client, id: string): Promise<Batch | null> {
-  const answer = await client.sendWithRetries(pathOf(id), { method: "DELETE", doing: "cancelling the batch" });
-  return answer.status === 204 ? null : ((await answer.json()) as Batch);
+/** Cancels a batch; nothing happens to one that has ended. */
+export async function cancelBatch(client: Client, id: string): Promise<Batch> {
+  const answer = await client.sendWithRetries(`${pathOf(id)}/cancel`, { method: "POST", doing: "cancelling the batch" });
+  return (await answer.json()) as Batch;
 }
 
 export async function reportOf(client: Client, id: string, report: Report, signal?: AbortSignal): Promise<Response> {

@@ -137,10 +137,15 @@ export class Client {
     return this.job(id, signal);
   }
 
-  /** Cancels a comparison. null: it had ended before, and is forgotten. */
-  async cancel(id: string): Promise<Job | null> {
-    const answer = await this.sendWithRetries(`/v1/comparisons/${id}`, { method: "DELETE", doing: "cancelling the comparison" });
-    return answer.status === 204 ? null : ((await answer.json()) as Job);
+  /** Lets the service read options before meshes are sent: throws what it finds wrong. */
+  async read(options: StoredPair["options"], signal?: AbortSignal): Promise<void> {
+    await this.sendWithRetries("/v1/options", { method: "POST", body: JSON.stringify(options), signal, doing: "asking about the settings" });
+  }
+
+  /** Cancels a comparison; nothing happens to one that has ended. */
+  async cancel(id: string): Promise<Job> {
+    const answer = await this.sendWithRetries(`/v1/comparisons/${id}/cancel`, { method: "POST", doing: "cancelling the comparison" });
+    return (await answer.json()) as Job;
   }
 
   async mesh(id: string): Promise<StoredMesh> {

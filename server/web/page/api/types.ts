@@ -7,7 +7,8 @@ export type Options = Schemas["Options"];
 export type Tolerance = Schemas["Tolerance"];
 export type Direction = Schemas["Direction"];
 export type Strategy = Schemas["Strategy"];
-export type StoredPair = Schemas["StoredPair"];
+/** The service says what is wrong with the options. */
+export type StoredPair = Omit<Schemas["StoredPair"], "options"> & { options: Record<string, unknown> };
 export type StoredMesh = Schemas["Mesh"];
 export type Job = Schemas["Job"];
 export type ProgressEvent = Schemas["ProgressEvent"];

@@ -40,22 +40,10 @@ export class BatchDesk {
     view.end(await watchBatch(client, id, view, signal));
   }
 
-  // The batch ended between the state's response and the DELETE.
-  private forgotten(signal: AbortSignal): void {
-    if (!signal.aborted) this.around.over("Ended and removed", forgotten);
-  }
-
-  // DELETE makes the service forget a batch that has ended, so its state is asked for first.
   private async cancel(id: string, signal: AbortSignal): Promise<void> {
-    const { client, announcer } = this.around;
     try {
-      const batch = await batchAt(client, id, signal);
-      if (signal.aborted) return;
-      if (hasEnded(batch)) {
-        announcer.sayNow("It had already ended.");
-        return this.view?.end(batch);
-      }
-      if ((await cancelBatch(client, id)) === null) this.forgotten(signal);
+      const batch = await cancelBatch(this.around.client, id);
+      if (!signal.aborted && hasEnded(batch)) this.view?.end(batch);
     } catch (error) {
       if (signal.aborted || isAbort(error)) return;
       this.around.trouble(error);
@@ -63,5 +51,3 @@ export class BatchDesk {
     }
   }
 }
-
-const forgotten = "The batch ended just before it was cancelled. Cancelling a batch that has ended removes it, so its link no longer works.";

@@ -1,9 +1,9 @@
 // The form: two meshes, the options, and errors beside the fields that they are about.
-import type { Comparison, Options, Side } from "../api/types.js";
+import type { Comparison, Side } from "../api/types.js";
 import { find, h } from "../dom.js";
-import type { Defect } from "../text/problems.js";
+import { asSentence, type Defect } from "../text/problems.js";
 import { exampleFiles } from "./example.js";
-import { buildOptions, furtherOf, hasPlace, noValues, valuesOf, type Field, type FormValues, type Mistake } from "./options.js";
+import { buildOptions, furtherOf, hasPlace, noValues, valuesOf, type Field, type FormValues, type Json, type Mistake } from "./options.js";
 import { hasScene, pairUp } from "./pairing.js";
 import { Slot, type Chosen } from "./slot.js";
 
@@ -12,7 +12,7 @@ export type { Chosen } from "./slot.js";
 export interface Order {
   a: Chosen;
   b: Chosen;
-  options: Options;
+  options: Json;
 }
 
 const inMore: Field[] = ["further", "timeout", "threads", "strategy", "points", "statistics", "align", "unitA", "unitB"];
@@ -90,8 +90,9 @@ export class Form {
     for (const { part, message } of defects) {
       if (part === "a" || part === "b") this.slots[part].complain(message);
     }
-    const defect = defects.find(({ part }) => part === "options");
-    if (defect) this.say(fieldOf(defect.where, furtherOf(this.values().further) ?? {}), defect.message);
+    const further = furtherOf(this.values().further) ?? {};
+    const ofOptions = defects.filter(({ part }) => part === "options").map(({ where, message }) => [fieldOf(where, further), message] as const);
+    for (const [field, message] of ofOptions.reverse()) this.say(field, inField(field, message)); // of several the first stays
   }
 
   private swap(): void {
@@ -194,11 +195,16 @@ export class Form {
   }
 }
 
+// A field needs no place: "/gate/max_distance must be a number" is "Must be a number." there.
+function inField(field: Field, message: string): string {
+  return asSentence(field === "further" ? message : message.replace(/^\/\S+ /, ""));
+}
+
 // "/gate/max_distance" belongs to the field `limit`, unless it is among the further options, as all that no field has.
 function fieldOf(where: string, further: Parameters<typeof hasPlace>[0]): Field {
   const fields: [RegExp, Field][] = [
-    [/^\/gate(\/max_distance)?$/, "limit"], [/^\/gate\/units$/, "units"], [/^\/gate\/zone/, "outside"], [/^\/units\/a$/, "unitA"], [/^\/units\/b$/, "unitB"],
-    [/^\/tolerance/, "tolerance"], [/^\/timeout_ms$/, "timeout"], [/^\/threads$/, "threads"], [/^\/points$/, "points"], [/^\/align$/, "align"], [/^\/direction$/, "direction"],
+    [/^\/gate(\/max_distance)?$/, "limit"], [/^\/gate\/units$/, "units"], [/^\/gate\/zone\/0$/, "inside"], [/^\/gate\/zone/, "outside"],
+    [/^\/units\/a$/, "unitA"], [/^\/units\/b$/, "unitB"], [/^\/tolerance/, "tolerance"], [/^\/timeout$/, "timeout"], [/^\/threads$/, "threads"], [/^\/points$/, "points"], [/^\/align$/, "align"], [/^\/direction$/, "direction"],
   ];
   const found = hasPlace(further, where) ? undefined : fields.find(([place]) => place.test(where));
   return found?.[1] ?? "further";

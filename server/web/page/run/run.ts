@@ -21,6 +21,7 @@ export async function measure(client: Client, order: Order, report: ProgressRepo
 }
 
 async function begin(client: Client, order: Order, report: ProgressReporter, signal: AbortSignal): Promise<Job> {
+  await client.read(order.options, signal); // before anything is sent
   const ids = await storeBoth(client, order, report, signal);
   const pair = { ...ids, options: order.options };
   try {

@@ -10,8 +10,6 @@ import type { ProgressReporter } from "./run.js";
 
 export interface RunFace {
   names: Record<Side, string> | null; // null: the link has no names
-  limit: number | null;
-  units: string;
   cancel(): void;
 }
 
@@ -27,6 +25,8 @@ export class RunView implements ProgressReporter {
   private readonly cancelButton: HTMLButtonElement;
   private plot: TimelinePlot | null = null;
   private ticker: ReturnType<typeof setInterval> | null = null;
+  private limit: number | null = null; // that of the accepted request
+  private units = "";
   private latest: { event: ProgressEvent; at: number } | null = null;
 
   constructor(
@@ -60,8 +60,10 @@ export class RunView implements ProgressReporter {
   accepted(job: Job): void {
     for (const side of ["a", "b"] as const) this.uploads[side].done();
     this.plotHost.hidden = false;
-    const { limit, units } = this.face;
-    this.plot = new TimelinePlot(this.plotHost, { history: this.history, limit, units, now: 0 });
+    const units = job.gate?.units ?? ""; // "b", "diagonal": not known before there is a result
+    this.units = units === "b" || units === "diagonal" ? "" : units;
+    this.limit = units === "diagonal" ? null : (job.gate?.max_distance ?? null);
+    this.plot = new TimelinePlot(this.plotHost, { history: this.history, limit: this.limit, units: this.units, now: 0 });
     this.stage.textContent = stageWords(job.state, job.progress?.stage ?? null);
     this.reading.textContent = "Not known yet";
     this.ticker ??= setInterval(() => this.tick(), 200);
@@ -75,7 +77,7 @@ export class RunView implements ProgressReporter {
     if (event.state !== "queued") this.remember(event);
     this.stage.textContent = stageWords(event.state, event.stage);
     this.showReading(event);
-    this.announcer.say(`${this.stage.textContent}. ${intervalWords(event.lower, event.upper, this.face.units, this.face.limit)}`);
+    this.announcer.say(`${this.stage.textContent}. ${intervalWords(event.lower, event.upper, this.units, this.limit)}`);
     this.tick();
   }
 
@@ -101,7 +103,7 @@ export class RunView implements ProgressReporter {
   }
 
   private showReading(event: ProgressEvent): void {
-    const { limit, units } = this.face;
+    const { limit, units } = this;
     const text = intervalText(event.lower, event.upper, limit);
     const nothing = event.upper === null && event.lower === 0;
     const upper = event.upper === null ? "not known" : withUnits(text.upper, units);

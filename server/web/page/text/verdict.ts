@@ -18,11 +18,6 @@ export const meshName: Record<Side, string> = { a: "candidate (A)", b: "baseline
 /** What a mesh is measured by: a cloud by its points. */
 export const pieceOf = (result: Comparison, side: Side): string => (result.meshes[side].triangles === 0 ? "point" : "triangle");
 
-/** The unit of a limit before there is a result; "b" stands for the unit of mesh b, which is not known yet. */
-export function unitAsked(units: string | null | undefined): string {
-  return units === "b" ? "" : (units ?? "");
-}
-
 /** A document that states its unit, or none, as results made before 0.2.0. */
 interface OfUnit {
   unit?: Pick<Comparison["unit"], "name">;
