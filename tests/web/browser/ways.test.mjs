@@ -229,7 +229,7 @@ test("what A itself has to be like is asked for by further options, judged in a 
   const walk = await place.open(), { page } = walk;
   await walk.fill({ a: place.files["thick.obj"], b: place.files["ring.obj"], limit: "1", further: '{"expect": {"water": true}}' });
   await walk.measure();
-  await walk.reads("#further-error", /unknown option '\/expect\/water'/);
+  await walk.reads("#further-error", /Unknown option '\/expect\/water'/);
   await walk.fill({ further: '{"expect": {"watertight": true}, "gate": {"max_distance": 2}}' });
   await walk.measure();
   await walk.reads("#further-error", /"gate\.max_distance" is asked for by another field, too/);
