@@ -151,10 +151,10 @@ struct Row {
 std::string criterion_row(const Row& row, const std::string& kind_of_gate) {
   const std::string kind(to_string(row.verdict));
   return "<tr class=\"gate criterion " + kind_of_gate + "\"><td><span class=\"badge " + kind + "\">" +
-         icon(row.verdict) + kind + "</span></td><th scope=\"row\">" + escaped(row.name) +
-         "</th><td class=\"number\">" + escaped(row.found) + "</td><td class=\"number limit" +
-         (row.line.empty() ? " expected" : "") + "\">" + escaped(row.limit) + "</td><td class=\"wide\">" + row.line +
-         "</td></tr>\n";
+         icon(row.verdict) + kind + "</span></td><th scope=\"row\">" + escaped(row.name) + "</th><td class=\"number" +
+         (row.line.empty() ? " words" : "") + "\">" + escaped(row.found) + "</td><td class=\"number limit" +
+         (row.line.empty() ? " expected words" : "") + "\">" + escaped(row.limit) + "</td><td class=\"wide\">" +
+         row.line + "</td></tr>\n";
 }
 
 // All limits where there are several, and each expectation that is not met.

@@ -109,6 +109,30 @@ const pictures = {
     }
     return cardUpTo("history", "svg.history");
   },
+  // The page and the report on a phone, light and dark.
+  async phone() {
+    const screen = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 1 }, shots = [];
+    for (const colorScheme of ["light", "dark"]) {
+      const walk = await open({ ...screen, colorScheme });
+      await measured(walk, { ...gear, inside: "0.5", outside: "0.7" });
+      shots.push(await walk.page.screenshot());
+      await walk.tab.close();
+    }
+    several();
+    const page = await (await browser.newContext({ ...screen, colorScheme: "dark" })).newPage();
+    await page.goto(pathToFileURL(join(folder, "report.html")).href);
+    shots.push(await page.screenshot());
+    await page.close();
+    return besideEachOther("phone", shots);
+  },
+  // The table of the HTML report, in the dark.
+  async table() {
+    several();
+    const page = await (await browser.newContext({ viewport: { width: 1200, height: 620 }, colorScheme: "dark" })).newPage();
+    await page.goto(pathToFileURL(join(folder, "report.html")).href);
+    await save("table", await page.screenshot());
+    return { tab: page };
+  },
   async areas() {
     const [a, b] = [await stored(service, stl(printed())), await stored(service, stl(drawn()))];
     const options = { direction: "a_to_b", areas: { beyond: [0.05, 0.1, 0.3], quantiles: [0.5, 0.95, 0.99], mean: true } };
@@ -149,6 +173,28 @@ function checked(candidate, limit, more, ...flags) {
   writeFileSync(join(folder, "gates.yaml"), `version: 1\ngates:\n  - name: gear\n    candidate: ${candidate}\n    baseline: gear.stl\n    max_distance: ${limit}\n    ${more}\n`);
   const { status } = spawnSync(binary, ["check", "gates.yaml", "--html", "report.html", ...flags], { cwd: folder });
   if (status > 1) throw new Error(`check ended with ${status}`);
+}
+
+// Gates with several limits, one of which fails, and leaves report.html.
+function several() {
+  const gates = [
+    "{name: gear, candidate: gear_printed.stl, baseline: gear.stl, max_distance: 1 mm, zone: [-0.5 mm, 0.7 mm]}",
+    "{name: gear with a worn tooth, candidate: gear_printed.stl, baseline: gear.stl, max_distance: 0.3 mm, regions: [{name: bore, box: {min: [-10, -10, -6], max: [10, 10, 6]}, max_distance: 0.05 mm}]}",
+    "{name: gear without its bore, candidate: gear_holed.stl, baseline: gear.stl, max_distance: 1 mm, expect: {watertight: true, components: 1}}",
+    "{name: gear as it lay, candidate: gear_moved.stl, baseline: gear.stl, max_distance: 1 mm, align: rigid}",
+  ];
+  writeFileSync(join(folder, "gates.yaml"), `version: 1\ngates:\n${gates.map((gate) => `  - ${gate}\n`).join("")}`);
+  const { status } = spawnSync(binary, ["check", "gates.yaml", "--html", "report.html"], { cwd: folder });
+  if (status > 1) throw new Error(`check ended with ${status}`);
+}
+
+async function besideEachOther(name, shots) {
+  const page = await (await browser.newContext({ viewport: { width: 1200, height: 844 } })).newPage();
+  const images = shots.map((bytes) => `<img src="data:image/png;base64,${bytes.toString("base64")}">`).join("");
+  await page.setContent(`<body style="margin:0;display:flex;gap:15px;background:#888">${images}</body>`);
+  await page.waitForFunction(() => [...document.images].every((image) => image.complete));
+  await save(name, await page.screenshot());
+  return { tab: page };
 }
 
 // Of the report's gate: from its top to the end of the first such element.

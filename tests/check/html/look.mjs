@@ -34,9 +34,27 @@ async function look(name, how, { media, fullPage = false, axe = true } = {}) {
   if (media) await tab.emulateMedia({ media });
   const width = await tab.evaluate(() => document.documentElement.scrollWidth);
   await tab.screenshot({ path: join(folder, `${name}.png`), fullPage });
+  const broken = await tab.evaluate(wordsBroken);
   await context.close();
   const findings = axe ? await serious(how) : [];
-  return { name, requests: asked.length, asked, width, room: how.width, violations: findings.length, findings, console: lines };
+  return { name, requests: asked.length, asked, width, room: how.width, violations: findings.length, findings, broken, console: lines };
+}
+
+// The words of the table's names that end on another line than they begin, unless they are very long.
+function wordsBroken() {
+  const broken = [], range = document.createRange();
+  for (const cell of document.querySelectorAll(".index th[scope=row]")) {
+    const walker = document.createTreeWalker(cell, NodeFilter.SHOW_TEXT);
+    while (walker.nextNode()) {
+      for (const { 0: word, index } of walker.currentNode.data.matchAll(/\S{1,20}(?!\S)/g)) {
+        range.setStart(walker.currentNode, index);
+        range.setEnd(walker.currentNode, index + word.length);
+        const lines = new Set([...range.getClientRects()].map((rect) => Math.round(rect.top)));
+        if (lines.size > 1 && (index === 0 || /\s/.test(walker.currentNode.data[index - 1]))) broken.push(word);
+      }
+    }
+  }
+  return broken;
 }
 
 async function serious(how) {

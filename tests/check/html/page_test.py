@@ -39,6 +39,7 @@ def problems_of(seen):
             problems.append(f"{shot['name']}: asked for {shot['asked']}")
         if shot["width"] > shot["room"]:
             problems.append(f"{shot['name']}: {shot['width']} pixels wide in a window of {shot['room']}")
+        problems += [f"{shot['name']}: the name '{word}' is broken" for word in shot["broken"]]
         problems += [f"{shot['name']}: axe: {finding}" for finding in shot["findings"]]
         problems += [f"{shot['name']}: console: {line}" for line in shot["console"]]
     problems += [f"filter: {line}" for line in seen["filter"]]
