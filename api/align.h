@@ -7,10 +7,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "engine/align.h"
 #include "engine/control.h"
-#include "engine/prepared.h"
+#include "engine/extras/align/align.h"
 #include "engine/result.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge::api {
 

@@ -5,7 +5,7 @@
 
 #include "api/expectations.h"
 #include "api/unit_plan.h"
-#include "engine/align.h"
+#include "engine/extras/align/align.h"
 #include "engine/options.h"
 
 namespace meshgauge::api {
@@ -28,7 +28,7 @@ struct ComparisonOptions : Options {
 
   AskedUnits units;
   std::optional<AlignOptions> align;           // moves mesh a first, in the unit of the result; nullopt: as it is
-  bool topology = false;                       // also examine both meshes (engine/topology.h)
+  bool topology = false;                       // also examine both meshes (engine/mesh/topology.h)
   std::optional<ShareLimit> max_share_beyond;  // of the gate
   std::optional<SideOptions::Zone> zone;       // of the gate: limits inside and outside of mesh b
   Expectations expect;                         // of mesh a itself; they may need its topology

@@ -9,9 +9,9 @@
 #include <Eigen/Geometry>
 
 #include "api/load.h"
-#include "engine/decimation.h"
-#include "engine/deviation.h"
-#include "engine/refinement.h"
+#include "engine/extras/display/decimation.h"
+#include "engine/extras/display/deviation.h"
+#include "engine/extras/display/refinement.h"
 
 namespace meshgauge::api {
 namespace {

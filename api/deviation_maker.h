@@ -11,8 +11,8 @@
 #include "api/deviation_map.h"
 #include "api/result_document.h"
 #include "engine/control.h"
-#include "engine/prepared.h"
 #include "engine/result.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge::api {
 

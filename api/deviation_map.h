@@ -25,8 +25,8 @@ namespace meshgauge::api {
 // How the mesh shown differs from the candidate.
 enum class MapForm {
   as_is,
-  refined,    // more vertices (engine/refinement.h); the candidate's own come first
-  decimated,  // fewer vertices (engine/decimation.h), all of them the candidate's
+  refined,    // more vertices (engine/extras/display/refinement.h); the candidate's own come first
+  decimated,  // fewer vertices (engine/extras/display/decimation.h), all of them the candidate's
 };
 
 // Borrows the mesh and the distances.
@@ -35,10 +35,11 @@ struct DeviationMap {
   MapForm form = MapForm::as_is;
   std::size_t candidate_vertices = 0;   // counts of the candidate itself, before refining or decimating
   std::size_t candidate_triangles = 0;  // 0: a point cloud
-  std::span<const double> distances;    // one per vertex, in the meshes' unit; finite and >= 0 (engine/deviation.h)
-  std::span<const std::int8_t> sides;   // one per vertex, as in engine/deviation.h; empty: without signs
-  std::string no_sides{};               // why there are none though they were asked for; empty: nothing to say
-  std::span<const Vec3> normals{};      // one per vertex, of length 1 up to rounding; empty: without
+  std::span<const double>
+      distances;  // one per vertex, in the meshes' unit; finite and >= 0 (engine/extras/display/deviation.h)
+  std::span<const std::int8_t> sides;  // one per vertex, as in engine/extras/display/deviation.h; empty: without signs
+  std::string no_sides{};              // why there are none though they were asked for; empty: nothing to say
+  std::span<const Vec3> normals{};     // one per vertex, of length 1 up to rounding; empty: without
   ColourScale scale;
   std::string_view limit_side{};  // "inside", "outside": the limit is of that side of the baseline; empty: of both
   std::string units;              // the unit's name; empty: not known

@@ -6,7 +6,7 @@
 
 #include "api/prepared_mesh.h"
 #include "api/unit_plan.h"
-#include "engine/rigid.h"
+#include "engine/mesh/rigid.h"
 
 namespace meshgauge::api {
 

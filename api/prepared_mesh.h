@@ -1,4 +1,5 @@
-// A mesh ready to be compared, once or many times: loaded, prepared (engine/prepared.h), with the facts of its file.
+// A mesh ready to be compared, once or many times: loaded, prepared (engine/tree/prepared.h), with the facts of its
+// file.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +12,12 @@
 #include "api/formats/format.h"
 #include "api/load.h"
 #include "engine/control.h"
-#include "engine/lazy.h"
 #include "engine/mesh.h"
-#include "engine/prepared.h"
+#include "engine/mesh/scaling.h"
+#include "engine/mesh/topology.h"
 #include "engine/result.h"
-#include "engine/scaling.h"
-#include "engine/topology.h"
+#include "engine/tree/lazy.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge::api {
 

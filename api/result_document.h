@@ -11,8 +11,8 @@
 #include "api/gate.h"
 #include "api/unit_plan.h"
 #include "engine/mesh.h"
+#include "engine/mesh/rigid.h"
 #include "engine/result.h"
-#include "engine/rigid.h"
 
 namespace meshgauge::api {
 

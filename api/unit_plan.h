@@ -7,8 +7,8 @@
 
 #include "api/formats/format.h"
 #include "api/units.h"
+#include "engine/mesh/scaling.h"
 #include "engine/result.h"
-#include "engine/scaling.h"
 
 namespace meshgauge::api {
 

@@ -5,8 +5,8 @@
 
 #include "api/result_document.h"
 #include "engine/control.h"
-#include "engine/prepared.h"
 #include "engine/result.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge::check {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/bounds/n_point.h"
 #include "engine/kernels/kernels.h"
-#include "engine/measurement.h"
-#include "engine/prepared.h"
+#include "engine/measure/measurement.h"
+#include "engine/paper/n_point.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge {
 

@@ -20,7 +20,7 @@ namespace meshgauge {
 
 enum class Direction { symmetric, a_to_b, b_to_a };
 
-// The method that bounds the distance of a piece of the mesh from above. engine/bounds/ has one file for each bound.
+// The method that bounds the distance of a piece of the mesh from above: the paper's are in engine/paper.
 enum class Strategy {
   automatic,     // the default and the fastest: certificates, overlay and Lipschitz bounds, bisection
   four_point,    // the paper's: tries the triangles that hold the points nearest to the 3 corners and the centroid
@@ -58,7 +58,7 @@ struct Options {
   // nullopt: none; else bounded after the areas. Precondition: a direction that measures from mesh a.
   std::optional<SideOptions> sides;
   std::optional<Sampling> statistics;  // nullopt: none; else sampled after all that is certified
-  // Not empty: each region is measured by itself, then what is in no region, the rest (engine/region_stage.h).
+  // Not empty: each region is measured by itself, then what is in no region, the rest (engine/measure/region_stage.h).
   std::vector<Region> regions;
   Thresholds thresholds;  // for tests
 };

@@ -1,8 +1,8 @@
 // All error bounds and all outward rounding of the engine. Every certified number gets its slack from here; each
 // constant is derived below, and docs/design.md follows the same steps.
 //
-// Setting. All computing happens in the unit frame of engine/frame.h: every coordinate of both meshes is at most 1 in
-// magnitude, so two points are at most 2*sqrt(3) < 3.47 apart. u = 2^-53: each operation of IEEE double arithmetic,
+// Setting. All computing happens in the unit frame of engine/mesh/frame.h: every coordinate of both meshes is at most 1
+// in magnitude, so two points are at most 2*sqrt(3) < 3.47 apart. u = 2^-53: each operation of IEEE double arithmetic,
 // rounded to nearest, returns x(1+d) with |d| <= u, or errs by at most 2^-1075 where the result is subnormal. (d1..dk
 // multiply to 1+t with |t| <= k*u + O(u^2); the O(u^2) is far below the room that rounding each constant up to an
 // integer leaves.)
@@ -11,7 +11,7 @@
 //      halved by the root, 1 for the root: (1+t), |t| <= 3.5u. Squares below 2^-1022 may lose 3 * 2^-1075, which
 //      the root turns into less than 2^-536. In all at most 3.5u * 3.47 + 2^-536 < 13u.
 //
-// (R2) Closest point. closest_point() (engine/triangle.h) picks (x,y) in the triangle's plane frame and returns
+// (R2) Closest point. closest_point() (engine/tree/triangle.h) picks (x,y) in the triangle's plane frame and returns
 //      q = a + x*e1 + y*e2.
 //      Forming q: rounding of x*e1 (|x| <= 3.47), y*e2 (|y| <= 3.01, the height of a triangle over its longest
 //      edge), and two sums of points whose coordinates stay below 1.01 (error u*1.01*sqrt(3) each):
@@ -54,7 +54,7 @@
 //      that the limit is best^2 (1 + 2^-48) + 2^-1000. Rounded to single precision, such a square may be compared
 //      with the near limit, too. (engine/kernels/kernels.h: near_limit, far_limit.)
 //
-// (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u,
+// (R7) Overlay. Derived where it is used, in engine/fast/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u,
 //      kOverlayBaseSlack = 512u.
 //
 // (R8) Conversion to another unit. Lengths are in the new unit, not in the frame. z = fl(fl(x * p) / q) for whole p
@@ -70,11 +70,12 @@
 //      u * 3.47 each for b - a, for the division and for the product, and 2u for the sum: below 25u. At c the foot and
 //      the vector across are each found with two dot products (4u * 3.47 each) and two differences of vectors, and
 //      clamping the foot moves it by no more than its error: below 200u. kUsualResidual = 512u is an estimate made
-//      before a residual is measured (engine/front.h); no bound depends on it.
+//      before a residual is measured (engine/fast/front.h); no bound depends on it.
 //
-// (R10) Owner cut. Derived where it is used, in engine/bounds/owner_cut.h: kCutSlack = 48u.
+// (R10) Owner cut. Derived where it is used, in engine/fast/bounds/owner_cut.h: kCutSlack = 48u.
 //
-// (R11) Patch. A patch frame (engine/bounds/patch.h) has an origin o in the unit frame and axes that are orthonormal up
+// (R11) Patch. A patch frame (engine/fast/bounds/patch.h) has an origin o in the unit frame and axes that are
+// orthonormal up
 //      to rounding. A vertex v is mapped to v' = fl(axes * (v - o)): |v - o| < 3.47, so |v'| < 4. The rounded v' are
 //      taken as exact; what follows errs against them alone.
 //
@@ -119,7 +120,8 @@
 //      and its length by 3.5u: kAreaSlack = 16u, times |x||y|. What the frame lost below 2^-1022, and underflow, is
 //      scaled by 2^900 at most: kAreaOffset = 2^-170, times |x| + |y|.
 //
-// (R14) Volume (engine/topology). Where each edge is passed once in each direction, 6V is the sum over the triangles of
+// (R14) Volume (engine/mesh/topology). Where each edge is passed once in each direction, 6V is the sum over the
+// triangles of
 //      det(p-o, q-p, r-p), for any point o. o is near the box's centre, and a power of two, at most 2^1000, scales the
 //      differences to at most 1 in magnitude. A computed one has a relative error of u. A determinant is the sum of six
 //      products of three differences; a product gathers 3u from them, 2u from its multiplications and at most 3u from
@@ -129,7 +131,7 @@
 //      relative error below (n + 16) u < 2^-22. kVolumeSlack = 16u holds the 9u, these factors and the rounding of the
 //      error itself. What underflows is below 2^-1070 for each of at most 2^30 triangles: kVolumeOffset = 2^-1000.
 //
-// (R15) Cuts (engine/pieces.h), in the meshes' unit. A height above a plane across an axis is a difference, with a
+// (R15) Cuts (engine/mesh/pieces.h), in the meshes' unit. A height above a plane across an axis is a difference, with a
 //      relative error of u and the right sign. Another one, n . (x - o) - r with |n| - 1 <= 4u, errs by u for each
 //      difference, 4u for products and sums, and u for the last: less than 8u (|x - o|_1 + |r|). A corner that may be
 //      off by `off` adds |n| off. Adding both to the height costs u of the sum: height_error(), with 16u for 9u. The
@@ -137,14 +139,15 @@
 //      coordinate by 6u |b - a|; the difference, the product and the sum by u |b - a|, u |b - a| and u max(|a|, |b|).
 //      crossing_error() has 16u and 2u, and 2^-1070 for underflow.
 //
-// (R16) Rays (engine/area/winding). For a corner v let q = v - p, N = |q_x| + |q_y| + |q_z|. A difference has a
+// (R16) Rays (engine/extras/area/winding). For a corner v let q = v - p, N = |q_x| + |q_y| + |q_z|. A difference has a
 //      relative error of u; q_x - s q_z, |s| < 1/2, errs by at most u |q_x| + 2u |q_z| + u N < 3u N, and is below N in
 //      magnitude. An edge function x_a y_b - x_b y_a errs by 12u N_a N_b from its coordinates, 2u N_a N_b from its
 //      products and 2u N_a N_b from its sum: kRaySlack = 32u. The volume is the sum of three edge functions times
 //      heights; each product errs by 16u, u and 2u times N_a N_b N_c from its factors and itself, and both sums by 12u:
 //      less than 4 * kRaySlack. Underflow: kRayOffset = 2^-1000.
 //
-// (R17) Rigid motion (engine/rigid.h). Lengths are in the meshes' unit. A coordinate is r.x + t for the stored numbers.
+// (R17) Rigid motion (engine/mesh/rigid.h). Lengths are in the meshes' unit. A coordinate is r.x + t for the stored
+// numbers.
 //      The three products and the three sums leave six errors, each known exactly, by fused multiplication and by
 //      Knuth's sum: r.x + t = z + (their sum). Their sum c is computed with five roundings of partial sums, so it errs
 //      by at most 6u times the sum S of the absolute values, which itself is computed with a relative error below 6u;
@@ -155,7 +158,7 @@
 //      surface that it stands for (R8), the exact images of both are within |r| e, and |r|^2 is the largest eigenvalue
 //      of r^T r, below 1 + 3 * 2^-48.
 //
-// (R18) Cells. Derived where it is used, in engine/area/part.h: kCellLevels = 8, cell_error().
+// (R18) Cells. Derived where it is used, in engine/extras/area/part.h: kCellLevels = 8, cell_error().
 #pragma once
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "engine/search.h"
+#include "engine/search/search.h"
 #include "tree.h"
 
 namespace meshgauge {

@@ -1,7 +1,7 @@
 // Trees for tests, built on one thread and without a deadline.
 #pragma once
 
-#include "engine/bvh.h"
+#include "engine/tree/bvh.h"
 
 namespace meshgauge {
 

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "engine/rounding.h"
-#include "engine/triangle.h"
+#include "engine/tree/triangle.h"
 
 namespace meshgauge::api {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "api/expectations.h"
 #include "api/request/reading.h"
-#include "engine/align.h"
+#include "engine/extras/align/align.h"
 #include "engine/region.h"
 
 namespace meshgauge::api {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "engine/frame.h"
 #include "engine/mesh.h"
+#include "engine/mesh/frame.h"
 
 namespace meshgauge::check {
 
@@ -23,7 +23,8 @@ struct View {
   Vec3 toward = Vec3::UnitZ();  // towards the viewer
 };
 
-// Works in the frame of the meshes (engine/frame.h), so that precision does not depend on a mesh's position or size.
+// Works in the frame of the meshes (engine/mesh/frame.h), so that precision does not depend on a mesh's position or
+// size.
 struct Camera {
   Frame frame;
   View view;

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/nearest.h"
+#include "engine/tree/nearest.h"
 
 namespace meshgauge::check {
 namespace {

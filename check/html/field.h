@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "engine/prepared.h"
 #include "engine/thread_pool.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge::check {
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "engine/frame.h"
+#include "engine/mesh/frame.h"
 
 namespace meshgauge::check {
 namespace {

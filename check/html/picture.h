@@ -12,8 +12,8 @@
 #include "check/outcome.h"
 #include "check/run/meshes.h"
 #include "engine/control.h"
-#include "engine/prepared.h"
 #include "engine/thread_pool.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge::check {
 

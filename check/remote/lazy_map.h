@@ -11,8 +11,8 @@
 
 #include "check/remote/client.h"
 #include "engine/control.h"
-#include "engine/lazy.h"
 #include "engine/result.h"
+#include "engine/tree/lazy.h"
 
 namespace meshgauge::check::service {
 

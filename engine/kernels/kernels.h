@@ -59,8 +59,8 @@ class Polling {
 struct Kernels {
   const char* name;  // "scalar", "sse4", "avx2", "avx512", "neon"
 
-  // Prepares eight triangles with the corners corners[0..2], each as prepare() of engine/triangle.h does. Returns the
-  // largest computed distance between a prepared corner and the given one (rounding.h R2).
+  // Prepares eight triangles with the corners corners[0..2], each as prepare() of engine/tree/triangle.h does. Returns
+  // the largest computed distance between a prepared corner and the given one (rounding.h R2).
   double (*prepare)(const PointBlock corners[3], TriangleBlock& out);
 
   // Returns the triangle closest to p among those closer than `best`, or `best` itself. No triangle is closer than the

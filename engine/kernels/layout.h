@@ -1,5 +1,5 @@
-// The data of the kernels: the nodes and leaves of engine/bvh.h as plain arrays of numbers, with one entry for each
-// lane.
+// The data of the kernels: the nodes and leaves of engine/tree/bvh.h as plain arrays of numbers, with one entry for
+// each lane.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct alignas(64) WideNode {
   float reach;  // largest distance of a coordinate below from the origin, on one axis
 };
 
-// Eight prepared triangles (engine/triangle.h). Lanes beyond the last triangle repeat it.
+// Eight prepared triangles (engine/tree/triangle.h). Lanes beyond the last triangle repeat it.
 struct alignas(64) TriangleBlock {
   double a[3][kLanes];
   double e1[3][kLanes];
@@ -50,8 +50,8 @@ struct PointBlock {
   alignas(64) double at[3][kLanes];
 };
 
-// What may lower a linear lower bound (engine/area/minorant.h): what is near the centre and, in each of the directions,
-// higher than its top.
+// What may lower a linear lower bound (engine/extras/area/minorant.h): what is near the centre and, in each of the
+// directions, higher than its top.
 struct LowerProbe {
   static constexpr std::size_t kMaxDirections = 8;
   double centre[3];
@@ -65,7 +65,7 @@ struct LowerProbe {
 inline constexpr double kPatchNowhere = 8;
 
 // Coordinates along three axes, orthonormal up to rounding, from an origin. The third axis is the direction of sight of
-// the patch certificate (engine/bounds/patch.h).
+// the patch certificate (engine/fast/bounds/patch.h).
 struct PatchFrame {
   double origin[3];
   double axes[3][3];

@@ -18,7 +18,7 @@ double clamp(double s, double most) {
   return positive < most ? positive : most;
 }
 
-// The squared distance of a point from its closest_point() (engine/triangle.h), without branches as in the SIMD
+// The squared distance of a point from its closest_point() (engine/tree/triangle.h), without branches as in the SIMD
 // kernels.
 double distance_sq(const FlatTriangle& t, double px, double py, double pz) {
   const double ax = px - t.a[0], ay = py - t.a[1], az = pz - t.a[2];

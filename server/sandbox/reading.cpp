@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "api/formats/source.h"
-#include "engine/large_array.h"
+#include "engine/mesh/large_array.h"
 #include "server/sandbox/channel.h"
 #include "server/sandbox/worker.h"
 

@@ -19,7 +19,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "engine/lazy.h"
+#include "engine/tree/lazy.h"
 #include "server/store/blob_store.h"
 #include "server/store/remote_blobs.h"
 

@@ -1,4 +1,4 @@
-// Counts how often alignment (engine/align.h) finds the pose of displaced copies.
+// Counts how often alignment (engine/extras/align/align.h) finds the pose of displaced copies.
 //
 //   bench_align MESH... [--copies N] [--seed S] [--threads N] [--axes]
 //
@@ -17,7 +17,7 @@
 
 #include <Eigen/Geometry>
 
-#include "engine/align.h"
+#include "engine/extras/align/align.h"
 #include "tests/bench/read.h"
 
 namespace {

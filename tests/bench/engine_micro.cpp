@@ -18,11 +18,11 @@
 #include <vector>
 
 #include "counted_memory.h"
-#include "engine/bvh.h"
 #include "engine/hausdorff.h"
-#include "engine/nearest.h"
-#include "engine/ordered_mesh.h"
-#include "engine/triangle_distance.h"
+#include "engine/paper/triangle_distance.h"
+#include "engine/tree/bvh.h"
+#include "engine/tree/nearest.h"
+#include "engine/tree/ordered_mesh.h"
 #include "shapes.h"
 
 namespace {

@@ -28,10 +28,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/bounds/n_point.h"
-#include "engine/bounds/triangle_set.h"
-#include "engine/frame.h"
-#include "engine/ordered_mesh.h"
+#include "engine/mesh/frame.h"
+#include "engine/paper/n_point.h"
+#include "engine/paper/triangle_set.h"
+#include "engine/tree/ordered_mesh.h"
 #include "tests/bench/read.h"
 #include "tests/engine/bounds/tightness.h"
 

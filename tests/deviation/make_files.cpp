@@ -8,7 +8,7 @@
 
 #include "api/colour_map.h"
 #include "check/deviation.h"
-#include "engine/deviation.h"
+#include "engine/extras/display/deviation.h"
 #include "shapes.h"
 
 using namespace meshgauge;

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "engine/hausdorff.h"
-#include "engine/prepared.h"
+#include "engine/tree/prepared.h"
 #include "same_outcome.h"
 #include "shapes.h"
 

@@ -1,4 +1,5 @@
-// The cells of parts (engine/area/part.h) against exact areas: each point of a part counts once, above its triangle.
+// The cells of parts (engine/extras/area/part.h) against exact areas: each point of a part counts once, above its
+// triangle.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/area/part.h"
+#include "engine/extras/area/part.h"
 #include "engine/hausdorff.h"
 #include "shapes.h"
 #include "tree.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/sampled_distances.h"
+#include "engine/extras/statistics/sampled_distances.h"
 #include "engine/statistics.h"
 
 using namespace meshgauge;

@@ -3,7 +3,7 @@
 
 #include "engine/hausdorff.h"
 #include "engine/kernels/kernels.h"
-#include "engine/nearest.h"
+#include "engine/tree/nearest.h"
 #include "shapes.h"
 #include "tree.h"
 

@@ -8,10 +8,10 @@
 #include <limits>
 #include <random>
 
-#include "engine/clipping.h"
 #include "engine/hausdorff.h"
-#include "engine/pieces.h"
-#include "engine/prepared.h"
+#include "engine/mesh/clipping.h"
+#include "engine/mesh/pieces.h"
+#include "engine/tree/prepared.h"
 #include "shapes.h"
 
 using namespace meshgauge;

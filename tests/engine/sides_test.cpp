@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/area/winding.h"
+#include "engine/extras/area/winding.h"
 #include "engine/hausdorff.h"
 #include "oracle/sides.h"
 #include "same_outcome.h"

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/extras/statistics/sampled_distances.h"
 #include "engine/hausdorff.h"
-#include "engine/sampled_distances.h"
-#include "engine/triangle.h"
+#include "engine/tree/triangle.h"
 #include "same_outcome.h"
 #include "shapes.h"
 

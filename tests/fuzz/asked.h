@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "engine/hausdorff.h"
-#include "engine/prepared.h"
+#include "engine/tree/prepared.h"
 
 namespace meshgauge::fuzz {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "engine/prepared.h"
-#include "engine/scaling.h"
+#include "engine/mesh/scaling.h"
+#include "engine/tree/prepared.h"
 #include "oracle/farthest.h"
 
 namespace meshgauge::fuzz {

@@ -1,5 +1,5 @@
 // Kept meshes that are measured repeatedly, in any order and with any partner, give the same bits as fresh ones.
-#include "engine/prepared.h"
+#include "engine/tree/prepared.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
-// fuzz_certify regions: certified distances within regions (engine/region_stage.h) of random and adversarial pairs
-// against an independent subdivision.
+// fuzz_certify regions: certified distances within regions (engine/measure/region_stage.h) of random and adversarial
+// pairs against an independent subdivision.
 //
 // Each interval must meet the bracket of tests/oracle/region.h, whenever and for whatever reason the search ends, the
 // whole must be covered, and a region that is said to be empty must be. Ends at the first violation.
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "engine/hausdorff.h"
-#include "engine/prepared.h"
+#include "engine/tree/prepared.h"
 #include "fuzz/attacks.h"
 #include "fuzz/dice.h"
 #include "fuzz/generate.h"

@@ -1,11 +1,11 @@
-// The contract of every strategy's bound: engine/bounds/piece.h.
+// The contract of every strategy's bound: engine/search/piece.h.
 #include <doctest/doctest.h>
 
 #include <memory>
 
-#include "engine/bounds/four_point.h"
-#include "engine/bounds/n_point.h"
-#include "engine/bounds/triangle_set.h"
+#include "engine/paper/four_point.h"
+#include "engine/paper/n_point.h"
+#include "engine/paper/triangle_set.h"
 #include "engine/rounding.h"
 #include "patient_search.h"
 #include "shapes.h"

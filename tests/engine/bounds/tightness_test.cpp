@@ -2,9 +2,9 @@
 
 #include <doctest/doctest.h>
 
-#include "engine/bounds/four_point.h"
-#include "engine/bounds/n_point.h"
-#include "engine/bounds/triangle_set.h"
+#include "engine/paper/four_point.h"
+#include "engine/paper/n_point.h"
+#include "engine/paper/triangle_set.h"
 #include "patient_search.h"
 #include "shapes.h"
 

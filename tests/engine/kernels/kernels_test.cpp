@@ -7,8 +7,8 @@
 #include <bit>
 #include <cstring>
 
-#include "engine/nearest.h"
 #include "engine/rounding.h"
+#include "engine/tree/nearest.h"
 #include "shapes.h"
 #include "tree.h"
 

@@ -1,0 +1,379 @@
+#include "engine/extras/area/area_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <utility>
+
+#include "engine/extras/area/places.h"
+#include "engine/extras/area/quantile.h"
+#include "engine/extras/area/vertices.h"
+#include "engine/mesh/mesh_index.h"
+#include "engine/rounding.h"
+#include "engine/search/narrowing_time.h"
+
+namespace meshgauge {
+namespace {
+
+constexpr std::size_t kTrianglesATask = 64;
+constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
+constexpr std::size_t kPartsATask = 16;
+constexpr std::size_t kMostChosen = std::size_t{1} << 13;  // parts refined in one round
+constexpr std::size_t kMostMade = 32;                      // parts that mostly come of one
+constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
+constexpr double kCellShare = 1.0 / 64;   // of a tolerance that the errors of cells may add up to
+constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is closed
+constexpr double kChosenShare = 0.6;      // of all contributions, refined in one round
+constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
+
+AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
+  return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
+}
+
+struct Refined {
+  Part first;
+  std::vector<Part> others;
+  double cell_error = 0;
+};
+
+constexpr std::size_t kBytesOfRefined = sizeof(Refined) + kMostMade * sizeof(Part);
+
+}  // namespace
+
+AreaSearch::AreaSearch(const AreaDirection& direction)
+    : in_(direction),
+      asked_(*direction.options.areas),
+      weights_(direction.from, direction.error),
+      stop_([this] { return in_.control.check() != Interruption::none; }),
+      closed_shares_(asked_.beyond.size()) {
+  const int exponent = in_.frame.exponent();
+  for (const auto& beyond : asked_.beyond) {
+    limits_.push_back(
+        {rounding::scale_down(beyond.distance, -exponent), rounding::scale_up(beyond.distance, -exponent)});
+    known_.beyond.push_back({0, beyond.distance >= in_.upper ? 0.0 : 1.0});
+  }
+  double tolerance = asked_.mean || !asked_.quantiles.empty() ? asked_.length_tolerance * AreaOptions::kLeastLength : 1;
+  for (std::size_t k = 0; k < limits_.size(); ++k) tolerance = std::min(tolerance, tolerance_of_share(k));
+  const double cell_tolerance = kCellShare * tolerance;
+  std::vector<double> within;
+  if (are_shares_alone()) {
+    for (const Limit& limit : limits_) within.push_back(limit.down);
+    std::sort(within.begin(), within.end());
+  }
+  for (std::size_t i = 0; i < in_.pool.size(); ++i)
+    bounders_.emplace_back(in_.to, in_.adjacency, in_.error, within, cell_tolerance);
+  known_.quantiles.assign(asked_.quantiles.size(), {0, in_.most});
+  if (asked_.mean) known_.mean = known_.rms = AreaInterval{0, in_.most};
+}
+
+AreaBounds AreaSearch::run() {
+  if (demand().met()) return result(AreaStop::complete);
+  try {
+    return result(narrow());
+  } catch (const std::bad_alloc&) {
+    return result(AreaStop::budget);
+  }
+}
+
+AreaStop AreaSearch::narrow() {
+  if (!weigh()) return interrupted();
+  if (area_.none()) return AreaStop::no_area;
+  if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
+  if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_)) return interrupted();
+  const std::optional<AreaStop> ended = bound_triangles();
+  if (ended && *ended != AreaStop::budget) return *ended;
+  if (ended) return update() ? *ended : interrupted();
+  const AreaStop stop = refine_all();
+  if (stop == AreaStop::complete && in_.options.narrow) narrow_decided();
+  return stop;
+}
+
+// Whatever ends it, every gate is decided.
+void AreaSearch::narrow_decided() {
+  is_narrowing_ = true;
+  if (demand().met()) return;
+  const NarrowingTime time(in_.control);
+  try {
+    refine_all();
+  } catch (const std::bad_alloc&) {  // the verdicts are known without it
+  }
+}
+
+AreaStop AreaSearch::refine_all() {
+  for (;;) {
+    if (!update()) return interrupted();
+    in_.tell();
+    const Demand wanted = demand();
+    if (wanted.met()) return AreaStop::complete;
+    if (over_budget()) return AreaStop::budget;
+    const std::vector<std::size_t> chosen = choose(wanted);
+    if (stop_()) return interrupted();
+    if (chosen.empty()) return AreaStop::precision_floor;
+    if (!refine(chosen, wanted)) return interrupted();
+  }
+}
+
+// False, as of the functions below: interrupted.
+bool AreaSearch::weigh() {
+  return each_unless(stop_, in_.from.triangles.size(), [&](std::size_t t) {
+    const AreaWeights::Weight w = weights_.of(t);
+    area_.weight += w.weight;
+    area_.error += w.error;
+  });
+}
+
+// Shares alone need no more of a triangle that is within every limit, or beyond every one.
+bool AreaSearch::leave_out_decided() {
+  if (!are_shares_alone()) return true;
+  double low = in_.most, high = 0;
+  for (const Limit& l : limits_) low = std::min(low, l.down), high = std::max(high, l.up);
+  const auto places = places_of(in_, low, high);
+  if (!places) return false;
+  Part within, beyond;
+  within.enclosure.high = {low, low, low};
+  const double above = std::nextafter(high, std::numeric_limits<double>::infinity());
+  beyond.enclosure = {{above, above, above}, {in_.most, in_.most, in_.most}};
+  bool any_within = false, any_beyond = false;
+  std::vector<std::uint32_t> rest;
+  const bool is_whole = each_unless(stop_, places->size(), [&](std::size_t t) {
+    const Place place = (*places)[t];
+    if (place == Place::unknown) return rest.push_back(static_cast<std::uint32_t>(t));
+    (place == Place::within ? any_within : any_beyond) = true;
+    (place == Place::within ? within : beyond).weight += weights_.of(t).weight;
+  });
+  area_.terms += places->size() - rest.size() - (any_within ? 1 : 0) - (any_beyond ? 1 : 0);  // close() counts them
+  if (any_within) close(within);
+  if (any_beyond) close(beyond);
+  rest_ = std::move(rest);
+  return is_whole;
+}
+
+// nullopt: all triangles are bounded. After `budget`, those that are left have the distance [0, most].
+std::optional<AreaStop> AreaSearch::bound_triangles() {
+  const std::size_t count = to_visit();
+  std::vector<Part> parts;
+  for (std::size_t begin = 0; begin < count; begin += kTasksABatch * kTrianglesATask) {
+    if (stop_()) return interrupted();
+    if (over_budget()) return close_unvisited(begin) ? AreaStop::budget : interrupted();
+    const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
+    parts.resize(end - begin);
+    std::atomic<bool> stopped{false};
+    in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t worker, std::size_t task) {
+      if (stopped || stop_()) stopped = true;
+      const std::size_t last = stopped ? begin : std::min(end, begin + (task + 1) * kTrianglesATask);
+      for (std::size_t t = begin + task * kTrianglesATask; t < last; ++t)
+        take_triangle(bounders_[worker], visited(t), parts[t - begin]);
+    });
+    if (stopped) return interrupted();
+    for (const Part& part : parts) is_closed(part) ? close(part) : open_.push_back(part);
+  }
+  corners_ = {};
+  return std::nullopt;
+}
+
+void AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, Part& part) {
+  Work work;
+  const Triangle& t = in_.from.triangles[triangle];
+  part = bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight, work);
+}
+
+bool AreaSearch::close_unvisited(std::size_t begin) {
+  const std::size_t count = to_visit() - begin;
+  Part part;
+  part.enclosure.high = {in_.most, in_.most, in_.most};
+  if (!each_unless(stop_, count, [&](std::size_t t) { part.weight += weights_.of(visited(begin + t)).weight; }))
+    return false;
+  area_.terms += count;
+  close(part);
+  return true;
+}
+
+void AreaSearch::close(const Part& part) {
+  ++area_.terms;
+  for (std::size_t k = 0; k < limits_.size(); ++k) {
+    closed_shares_[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
+  }
+  if (asked_.mean) closed_means_.add(part.enclosure, part.weight);
+  if (!asked_.quantiles.empty()) closed_.push_back({part.enclosure, part.weight});
+}
+
+// Whether all parts together would be within the tolerances if each were as narrow as this one.
+bool AreaSearch::is_closed(const Part& part) const {
+  if (part.weight <= kNegligible * area_.weight || !bounders_[0].can_narrow(part)) return true;
+  const Enclosure& e = part.enclosure;
+  for (std::size_t k = 0; k < limits_.size(); ++k) {
+    const double width = share_beyond(e.high, limits_[k].down) - share_beyond(e.low, limits_[k].up);
+    if (width > kClosedShare * tolerance_of_share(k)) return false;
+  }
+  if (known_.mean && mean_width(e) > kClosedShare * tolerance_of(known_.mean->lower)) return false;
+  if (known_.rms) {
+    const double lower = known_.rms->lower, tolerance = tolerance_of(lower);
+    if (square_width(e) > kClosedShare * tolerance * std::max(2 * lower, tolerance)) return false;
+  }
+  return std::all_of(known_.quantiles.begin(), known_.quantiles.end(), [&](const AreaInterval& q) {
+    if (least(e.low) >= q.upper || most(e.high) <= q.lower) return true;
+    double width = 0;
+    for (std::size_t i = 0; i < 3; ++i) width = std::max(width, e.high[i] - e.low[i]);
+    return width <= kClosedShare * tolerance_of(q.lower);
+  });
+}
+
+bool AreaSearch::update() {
+  std::vector<ShareSum> shares = closed_shares_;
+  MeanSum means = closed_means_;
+  const bool is_whole = each_unless(stop_, open_.size(), [&](std::size_t i) {
+    const Part& part = open_[i];
+    for (std::size_t k = 0; k < limits_.size(); ++k) {
+      shares[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
+    }
+    if (asked_.mean) means.add(part.enclosure, part.weight);
+  });
+  if (!is_whole) return false;
+  TotalArea area = area_;
+  area.terms += open_.size() + in_.from.triangles.size();
+  for (std::size_t k = 0; k < shares.size(); ++k) {
+    known_.beyond[k] = intersection(known_.beyond[k], area.share(shares[k]));
+  }
+  if (asked_.mean) {
+    known_.mean = intersection(*known_.mean, area.mean(means, in_.most));
+    known_.rms = intersection(*known_.rms, area.rms(means, in_.most));
+    known_.rms->lower = std::max(known_.rms->lower, known_.mean->lower);
+    known_.mean->upper = std::min(known_.mean->upper, known_.rms->upper);
+  }
+  return update_quantiles(area);
+}
+
+bool AreaSearch::update_quantiles(const TotalArea& area) {
+  for (std::size_t q = 0; q < asked_.quantiles.size(); ++q) {
+    AreaInterval& known = known_.quantiles[q];
+    const double resolution = kResolution * tolerance_of(known.lower);
+    const auto found = quantile(asked_.quantiles[q], area, {closed_, open_}, known, resolution, stop_);
+    if (!found) return false;
+    known = *found;
+  }
+  return true;
+}
+
+// The parts with the largest contributions, by powers of two. Closes parts that need no more work.
+std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
+  constexpr int kBins = 128;
+  std::array<double, kBins> sums{};
+  std::vector<int> bins;
+  for (Part& part : open_) {
+    if (part.is_open && are_shares_alone()) continue;
+    part.is_open = !is_closed(part);
+    if (!part.is_open) close(part);
+  }
+  std::erase_if(open_, [](const Part& part) { return !part.is_open; });
+  double total = 0;
+  bins.reserve(open_.size());
+  each_unless(stop_, open_.size(), [&](std::size_t i) {
+    const double wanted = demand.contribution(open_[i]) / area_.weight;
+    bins.push_back(wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins);
+    if (wanted > 0) sums[static_cast<std::size_t>(bins.back())] += wanted;
+    total += wanted;
+  });
+  int last = -1;
+  for (double sum = 0; last + 1 < kBins && sum < kChosenShare * total;) sum += sums[static_cast<std::size_t>(++last)];
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < bins.size() && chosen.size() < most_chosen(); ++i) {
+    if (bins[i] <= last) chosen.push_back(i);
+  }
+  least_chosen_ = std::ldexp(area_.weight, kBins / 2 - last);
+  return chosen;
+}
+
+// Within what is left of the work items, and an eighth of the memory.
+std::size_t AreaSearch::most_chosen() const {
+  const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
+  const std::size_t fit = in_.options.max_memory_bytes / 8 / kBytesOfRefined;
+  return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
+}
+
+// Gives each chosen part a lower function, or else divides it and gives one to the parts that still contribute. False:
+// interrupted, and nothing has changed.
+bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& demand) {
+  std::vector<Refined> found(chosen.size());
+  const std::uint64_t left_of_each = (in_.options.max_work_items - work_.subdivisions) / chosen.size();
+  std::atomic<bool> stopped{false};
+  std::vector<Work> works(in_.pool.size());
+  in_.pool.run(tasks_for(chosen.size(), kPartsATask), [&](std::size_t worker, std::size_t task) {
+    if (stopped || stop_()) stopped = true;
+    const std::size_t end = std::min(chosen.size(), (task + 1) * kPartsATask);
+    for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
+      Refined& refined = found[i];
+      refined.first = open_[chosen[i]];
+      refined.first.is_open = false;
+      const auto bound = [&](Part& part) {
+        if (!bounders_[worker].bound_below(part, most_needed(part), works[worker], &stop_)) stopped = true;
+      };
+      const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounders_[worker].floor_of(part)); };
+      const auto bound_if_wanted = [&](Part& part) {
+        if (needs_low(part) && demand.contribution(part) >= least_chosen_) bound(part);
+      };
+      Part& first = refined.first;
+      if (is_worth_measuring(first) && !bounders_[worker].measure(first, works[worker], &stop_)) stopped = true;
+      std::optional<CellParts> cells;
+      if (is_worth_cells(first)) {
+        cells = bounders_[worker].cells(first, left_of_each, works[worker]);
+        first.has_failed = !cells;
+      }
+      if (cells) {
+        for (Part& cell : cells->parts) bound_if_wanted(cell);
+        first = cells->parts.back();
+        cells->parts.pop_back();
+        refined.others = std::move(cells->parts);
+        refined.cell_error = cells->error;
+      } else if (!first.has_low && (needs_low(first) || !bounders_[worker].can_split(first))) {
+        bound(first);
+      } else if (auto parts = bounders_[worker].split(first, works[worker], &stop_)) {
+        for (Part& half : *parts) bound_if_wanted(half);
+        first = (*parts)[0];
+        refined.others = {(*parts)[1]};
+      } else {
+        stopped = true;
+      }
+    }
+  });
+  for (const Work& work : works) work_ += work;
+  if (stopped) return false;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    open_[chosen[i]] = found[i].first;
+    open_.insert(open_.end(), found[i].others.begin(), found[i].others.end());
+    found[i].others = {};
+    area_.cell_error += found[i].cell_error;
+  }
+  return true;
+}
+
+// Whether a round could need too much: what is held, what choose() and quantile() note of each part, and what is made.
+bool AreaSearch::over_budget() const {
+  constexpr std::size_t kNotes = 80;  // also for the blocks of a deque
+  const std::size_t open = open_.size() * (sizeof(Part) + kNotes);
+  const std::size_t closed = closed_.size() * (sizeof(WeightedEnclosure) + kNotes);
+  const std::size_t made = std::min(open_.size(), most_chosen()) * kBytesOfRefined;
+  return bytes_of(corners_) + open + closed + made > in_.options.max_memory_bytes ||
+         work_.subdivisions >= in_.options.max_work_items;
+}
+
+AreaStop AreaSearch::interrupted() const {
+  return in_.control.check() == Interruption::timeout ? AreaStop::timeout : AreaStop::cancelled;
+}
+
+AreaBounds AreaSearch::result(AreaStop stop) const {
+  AreaBounds found = known_;
+  found.stop = stop;
+  found.pieces = area_.terms + open_.size();
+  const int exponent = in_.frame.exponent();
+  const auto scale = [&](AreaInterval& length) {
+    length = {rounding::scale_down(length.lower, exponent), rounding::scale_up(length.upper, exponent)};
+  };
+  for (AreaInterval& q : found.quantiles) scale(q);
+  if (found.mean) scale(*found.mean);
+  if (found.rms) scale(*found.rms);
+  return found;
+}
+
+}  // namespace meshgauge

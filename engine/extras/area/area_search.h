@@ -1,0 +1,116 @@
+// The search for the intervals of engine/area.h, in one direction: from mesh A to mesh B, in the unit frame.
+//
+//  1. If shares alone are asked for, the triangles of A that are within every limit, or beyond every one, are closed at
+//     once: places.h.
+//  2. The distance of each vertex of the others, then an upper function for each triangle (part.h). What the questions
+//     need no more of is closed.
+//  3. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
+//     that contribute most to the widths get a lower function, or are divided into cells or cut.
+//
+// The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
+// Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
+// number of threads, except that the sweep of step 1 may leave out other triangles.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/area.h"
+#include "engine/control.h"
+#include "engine/extras/area/demand.h"
+#include "engine/extras/area/part.h"
+#include "engine/extras/area/totals.h"
+#include "engine/extras/area/weights.h"
+#include "engine/mesh/large_array.h"
+#include "engine/options.h"
+#include "engine/thread_pool.h"
+#include "engine/tree/ordered_mesh.h"
+
+namespace meshgauge {
+
+// The input of one direction. Lengths in frame units.
+struct AreaDirection {
+  const OrderedMesh& from;
+  const OrderedMesh& to_mesh;
+  const Bvh& to;               // over to_mesh
+  const Adjacency& adjacency;  // of to_mesh
+  const Frame& frame;
+  const Options& options;         // areas, max_memory_bytes, max_work_items, thresholds
+  double most;                    // upper bound of the distance of every point of `from`
+  double upper;                   // the same in the meshes' unit
+  double error;                   // as in PartBounder
+  std::span<const float> bounds;  // MeasuredDirection::bounds
+  ThreadPool& pool;
+  Control& control;                   // polled every few milliseconds
+  const std::function<void()>& tell;  // called between rounds, to report progress
+};
+
+class AreaSearch {
+ public:
+  explicit AreaSearch(const AreaDirection& direction);
+
+  // Lengths of the result in the meshes' unit.
+  AreaBounds run();
+
+ private:
+  struct Limit {
+    double down, up;
+  };
+
+  bool are_shares_alone() const { return !asked_.mean && asked_.quantiles.empty(); }
+  bool weigh();
+  bool leave_out_decided();
+  std::optional<AreaStop> bound_triangles();
+  void take_triangle(PartBounder& bounder, std::size_t triangle, Part& part);
+  std::size_t to_visit() const { return rest_ ? rest_->size() : in_.from.triangles.size(); }
+  std::size_t visited(std::size_t i) const { return rest_ ? (*rest_)[i] : i; }
+  AreaStop narrow();
+  AreaStop refine_all();
+  void narrow_decided();
+  bool update();
+  bool update_quantiles(const TotalArea& area);
+  Demand demand() const;
+  void demand_quantile(const AreaInterval& known, Demand& demand) const;
+  double tolerance_of(double length) const;
+  double tolerance_of_share(std::size_t k) const;
+  bool is_narrow(std::size_t k) const;
+  bool is_closed(const Part& part) const;
+  void close(const Part& part);
+  bool close_unvisited(std::size_t begin);
+  bool refine(const std::vector<std::size_t>& chosen, const Demand& demand);
+  std::vector<std::size_t> choose(const Demand& demand);
+  double most_needed(const Part& part) const;
+  static bool is_worth_measuring(const Part& part);
+  bool is_worth_cells(const Part& part) const;
+  std::size_t most_chosen() const;
+  bool over_budget() const;
+  AreaStop interrupted() const;
+  AreaBounds result(AreaStop stop) const;
+
+  const AreaDirection in_;
+  const AreaOptions& asked_;
+  std::deque<PartBounder> bounders_;  // one for each thread
+  const AreaWeights weights_;
+  const Interrupted stop_;
+  std::vector<Limit> limits_;                       // AreaOptions::beyond in frame units
+  std::optional<std::vector<std::uint32_t>> rest_;  // the triangles of A to visit, ascending; nullopt: all
+  LargeArray<Corner> corners_;                      // by vertex of A
+  TotalArea area_;
+
+  std::deque<Part> open_;                 // deques: a vector would hold three copies while it grows
+  std::deque<WeightedEnclosure> closed_;  // kept for quantiles only
+  std::vector<ShareSum> closed_shares_;
+  MeanSum closed_means_;
+
+  AreaBounds known_;           // in frame units: the intersection of all intervals so far
+  double least_chosen_ = 0;    // contribution of the parts that choose() takes
+  bool is_narrowing_ = false;  // all gates are decided; their shares are narrowed
+  Work work_;
+};
+
+}  // namespace meshgauge

@@ -1,0 +1,215 @@
+#include "engine/extras/area/minorant.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include <Eigen/Geometry>
+
+#include "engine/kernels/walk.h"
+#include "engine/rounding.h"
+
+namespace meshgauge {
+namespace {
+
+constexpr double kLeastLength = 0x1p-400;  // a shorter vector has no direction
+constexpr std::uint64_t kTestsOfOne = 8;   // a triangle takes as long as so many of a query's tests
+
+std::optional<Vec3> direction_of(const Vec3& v) {
+  const double length = v.norm();
+  if (!(length > kLeastLength)) return std::nullopt;
+  return v / length;
+}
+
+// The bound while the tree is walked.
+class Minorant {
+ public:
+  Minorant(const Bvh& to, const std::array<Corner, 3>& corners) : to_(to) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      p_[i] = corners[i].point;
+      values_[i] = corners[i].distance;
+    }
+    centre_ = (p_[0] + p_[1] + p_[2]) / 3;
+    for (const Vec3& p : p_) radius_ = std::max(radius_, (p - centre_).norm());
+    radius_ += rounding::kDistanceSlack;
+    for (int k = 0; k < 3; ++k) probe_.centre[k] = centre_[k];
+    add_shared_directions(corners);
+    update();
+    for (const Corner& corner : corners) add(corner.slot);
+  }
+
+  const Linear& values() const { return values_; }
+  const LowerProbe& probe() const { return probe_; }
+  double sum() const { return values_[0] + values_[1] + values_[2]; }
+  double most() const { return std::max({values_[0], values_[1], values_[2]}); }
+  // A box farther than this from the centre cannot lower any value.
+  double reach() const { return std::max(most(), 0.0) + radius_; }
+
+  // Takes triangle `slot` into account.
+  void add(std::uint32_t slot) {
+    const MeshView mesh = to_.mesh();
+    const std::array<Vec3, 3> corners{mesh.corner(slot, 0), mesh.corner(slot, 1), mesh.corner(slot, 2)};
+    Best best;
+    for (std::size_t d = 0; d < probe_.directions; ++d) {
+      if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
+    }
+    const PreparedTriangle triangle = to_.prepared(slot);
+    const Vec3 from = centre_ - closest_point(triangle, centre_);
+    if (attempt(from, corners, best)) return share(from);
+    Vec3 normal = triangle.e1.cross(triangle.e2);
+    if (normal.dot(from) < 0) normal = -normal;
+    if (attempt(normal, corners, best)) return;
+    for (const Vec3& p : p_) {
+      if (attempt(p - closest_point(triangle, p), corners, best)) return;
+    }
+    values_ = best.values;
+    update();
+  }
+
+ private:
+  struct Direction {
+    Vec3 n;
+    Linear heights;  // of the corners of P
+  };
+  struct Best {
+    Linear values{};
+    double sum = -1e300;
+  };
+
+  // The values have fallen.
+  void update() {
+    probe_.limit_sq = far_limit(reach() * reach());
+    for (std::size_t d = 0; d < probe_.directions; ++d) {
+      const Linear& h = shared_[d].heights;
+      probe_.tops[d] = std::min({h[0] - values_[0], h[1] - values_[1], h[2] - values_[2]});
+    }
+  }
+
+  // The mean direction from B to P, and the normals of P and of the owners on that side. A triangle beyond a convex
+  // edge of B lies below its neighbour's plane.
+  void add_shared_directions(const std::array<Corner, 3>& corners) {
+    Vec3 away = Vec3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) away += p_[i] - closest_point(to_.prepared(corners[i].slot), p_[i]);
+    const auto add_towards = [&](const Vec3& v) { add_direction(v.dot(away) < 0 ? Vec3(-v) : v); };
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t slot = corners[i].slot;
+      if ((i > 0 && slot == corners[0].slot) || (i > 1 && slot == corners[1].slot)) continue;
+      const PreparedTriangle owner = to_.prepared(slot);
+      add_towards(owner.e1.cross(owner.e2));
+    }
+    add_direction(away);
+    add_towards((p_[1] - p_[0]).cross(p_[2] - p_[0]));
+  }
+
+  // A direction that keeps one triangle often keeps its neighbours, too.
+  void share(const Vec3& v) {
+    if (probe_.directions == LowerProbe::kMaxDirections) return;
+    add_direction(v);
+    update();
+  }
+
+  void add_direction(const Vec3& v) {
+    const auto n = direction_of(v);
+    if (!n) return;
+    for (int k = 0; k < 3; ++k) probe_.n[probe_.directions][k] = (*n)[k];
+    shared_[probe_.directions++] = {*n, heights(*n)};
+  }
+
+  Linear heights(const Vec3& n) const { return {p_[0].dot(n), p_[1].dot(n), p_[2].dot(n)}; }
+
+  static double top_of(const std::array<Vec3, 3>& corners, const Vec3& n) {
+    return std::max({corners[0].dot(n), corners[1].dot(n), corners[2].dot(n)});
+  }
+
+  bool attempt(const Vec3& v, const std::array<Vec3, 3>& corners, Best& best) const {
+    const auto n = direction_of(v);
+    return n && attempt(heights(*n), top_of(corners, *n), best);
+  }
+
+  // Keeps the values that fall least. True: the triangle lowers none.
+  bool attempt(const Linear& heights, double top, Best& best) const {
+    Linear fallen;
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += fallen[i] = std::min(values_[i], heights[i] - top);
+    if (sum > best.sum) best = {fallen, sum};
+    return fallen == values_;
+  }
+
+  const Bvh& to_;
+  std::array<Vec3, 3> p_;
+  Linear values_;
+  Vec3 centre_;
+  double radius_ = 0;
+  std::array<Direction, LowerProbe::kMaxDirections> shared_;
+  LowerProbe probe_{};
+};
+
+// Pushes the children that may lower a value, the nearest on top. Returns the new size of the stack.
+std::size_t push_children(const Kernels& kernels, const WideNode& node, const Minorant& minorant, WalkEntry* stack,
+                          std::size_t size) {
+  PointBlock low, high;
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      low.at[k][lane] = node.origin[k] + static_cast<double>(node.low[k][lane]);
+      high.at[k][lane] = node.origin[k] + static_cast<double>(node.high[k][lane]);
+    }
+  }
+  alignas(64) double distances_sq[kLanes];
+  const std::size_t bottom = size;
+  std::size_t nearest = size;
+  double least = 0;
+  for (unsigned may = kernels.lower_boxes(low, high, minorant.probe(), distances_sq); may != 0; may &= may - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(may));
+    if (size == bottom || distances_sq[lane] < least) least = distances_sq[lane], nearest = size;
+    stack[size++] = {static_cast<float>(distances_sq[lane]), node.child[lane]};
+  }
+  if (size > bottom) std::swap(stack[nearest], stack[size - 1]);
+  return size;
+}
+
+// Takes the triangles of a leaf into account. Lanes beyond the last triangle repeat it.
+void add_block(const Bvh& to, std::uint32_t block, Minorant& minorant) {
+  const std::uint32_t begin = Bvh::block_begin(block), last = to.block_end(block) - 1;
+  std::array<PointBlock, 3> corners;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vec3& p = to.mesh().corner(std::min(begin + lane, last), static_cast<int>(c));
+      for (int k = 0; k < 3; ++k) corners[c].at[k][lane] = p[k];
+    }
+  }
+  for (unsigned may = to.kernels().lower_triangles(corners.data(), minorant.probe()); may != 0; may &= may - 1) {
+    const std::uint32_t t = begin + static_cast<std::uint32_t>(std::countr_zero(may));
+    if (t <= last) minorant.add(t);
+  }
+}
+
+}  // namespace
+
+std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, double least_sum, Work& work,
+                                      const Interrupted* stop) {
+  Minorant minorant(to, corners);
+  Polling polling(stop, work.triangle_tests);
+  std::array<WalkEntry, kMaxStack> stack;
+  std::size_t size = 0;
+  std::uint64_t boxes = 0;
+  stack[size++] = {0, Bvh::kRoot};
+  while (size > 0 && minorant.most() > 0 && minorant.sum() > least_sum) {
+    const WalkEntry entry = stack[--size];
+    const double reach = minorant.reach();
+    if (entry.distance_sq > near_limit(reach * reach)) continue;
+    if (!(entry.child & WideNode::kLeaf)) {
+      size = push_children(to.kernels(), to.nodes()[entry.child], minorant, stack.data(), size);
+      boxes += kLanes;
+      if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
+      continue;
+    }
+    add_block(to, entry.child & ~WideNode::kLeaf, minorant);
+    work.triangle_tests += kTestsOfOne * kLanes;
+    if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
+  }
+  const Linear found = minorant.most() > 0 ? minorant.values() : Linear{};
+  return found[0] + found[1] + found[2] > least_sum ? found : kNoMinorant;
+}
+
+}  // namespace meshgauge

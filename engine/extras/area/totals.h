@@ -1,0 +1,67 @@
+// Sums over the parts of A, and the certified intervals that follow from them.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "engine/area.h"
+#include "engine/extras/area/enclosure.h"
+
+namespace meshgauge {
+
+// An enclosure with the weight of its part.
+struct WeightedEnclosure {
+  Enclosure enclosure;
+  double weight = 0;
+};
+
+// Bounds of a sum of weight * share over all parts, and whether every single share is 0, or 1.
+struct ShareSum {
+  double low = 0;
+  double high = 0;
+  bool all_zero = true;  // of high: exactly nothing of the surface is beyond
+  bool all_one = true;   // of low: exactly all of it is
+
+  // The limit is [down, up]: the exact one, unless scaling to the frame has rounded it.
+  void add(const Enclosure& enclosure, double weight, double down, double up) {
+    const double above = share_beyond(enclosure.high, down);
+    all_zero = all_zero && most(enclosure.high) <= down;
+    all_one = all_one && least(enclosure.low) > up;
+    high += weight * above;
+    if (above > 0) low += weight * share_beyond(enclosure.low, up);
+  }
+};
+
+struct MeanSum {
+  double low = 0;
+  double high = 0;
+  double square_low = 0;
+  double square_high = 0;
+
+  void add(const Enclosure& enclosure, double weight) {
+    high += weight * mean(enclosure.high);
+    square_high += weight * mean_square(enclosure.high);
+    low += weight * mean_below(enclosure.low);
+    square_low += weight * mean_square_below(enclosure.low);
+  }
+};
+
+// The area of A: between `weight` and `weight + error`, up to the rounding of the sum of `terms` weights. `terms` also
+// counts the parts, so that sums over them have the same relative error.
+struct TotalArea {
+  double weight = 0;
+  double error = 0;
+  double cell_error = 0;  // the sum of CellParts::error
+  std::size_t terms = 0;
+
+  bool none() const { return !(weight > 0); }
+  // Certified intervals. `most`: an upper bound of the distance of every point.
+  AreaInterval share(const ShareSum& sum) const;
+  AreaInterval mean(const MeanSum& sum, double most) const;
+  AreaInterval rms(const MeanSum& sum, double most) const;
+
+ private:
+  AreaInterval average(double low, double high, double most) const;
+};
+
+}  // namespace meshgauge

@@ -1,0 +1,99 @@
+#include "engine/paper/triangle_set.h"
+
+#include "engine/paper/triangle_distance.h"
+#include "engine/rounding.h"
+
+namespace meshgauge {
+namespace {
+
+constexpr double kSetMargin = 256 * rounding::kUnit;
+constexpr std::size_t kPulseEvery = 1024;  // triangle-triangle distances between two checks of the clock, about 1 ms
+
+double box_distance_sq(const Box& a, const Box& b) {
+  return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(Vec3::Zero()).squaredNorm();
+}
+
+CornersAndFrame with_frame(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return {{a, b, c}, prepare(a, b, c).triangle};
+}
+
+}  // namespace
+
+Corner TriangleSet::measure(const Vec3& p, const Piece& parent) {
+  const Slots* slots = set_of(parent);
+  if (!slots) return nearest_corner(search_.to(), p, search_.work(), search_.stop());
+  std::uint64_t& tests = search_.work().triangle_tests;
+  Polling polling(search_.stop(), tests);
+  Corner corner{p, std::numeric_limits<double>::infinity(), Nearest::kNone};
+  for (const std::uint32_t slot : *slots) {
+    const double d = distance(search_.to().prepared(slot), p);
+    if (d < corner.distance) corner.distance = d, corner.slot = slot;
+    if (polling.poll(++tests)) break;
+  }
+  corner.complete = !polling.stopped();
+  return corner;
+}
+
+double TriangleSet::upper(const Piece& piece) {
+  if (piece.depth == 0) return upper_of_whole(piece);
+  if (const Slots* slots = set_of(piece))
+    return least_farthest(piece, search_.to(), *slots, search_.work(), search_.stop());
+  const auto& [a, b, c] = piece.corners;
+  return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, search_.work());
+}
+
+double TriangleSet::upper_of_whole(const Piece& whole) {
+  Collected found = collect(whole);
+  const double upper = least_farthest(whole, search_.to(), found.slots, search_.work(), search_.stop());
+  if (found.complete && upper > search_.cull_below()) {  // else it is never split
+    found.slots.shrink_to_fit();
+    memory_bytes_ += found.slots.size() * sizeof(std::uint32_t) + sizeof(*sets_.begin());
+    sets_.emplace(whole.triangle, std::move(found.slots));
+  }
+  return upper;
+}
+
+const TriangleSet::Slots* TriangleSet::set_of(const Piece& piece) const {
+  const auto it = sets_.find(piece.triangle);
+  return it == sets_.end() ? nullptr : &it->second;
+}
+
+TriangleSet::Collected TriangleSet::collect(const Piece& whole) {
+  const auto& [a, b, c] = whole.corners;
+  Slots slots{a.slot, b.slot, c.slot};
+  const double reach = least_farthest(whole, search_.to(), slots, search_.work()) + kSetMargin;
+
+  const CornersAndFrame s = with_frame(a.point, b.point, c.point);
+  Box box;
+  for (const Vec3& v : s.corners) box.extend(v);
+  const Bvh& to = search_.to();
+  std::vector<std::uint32_t> open{Bvh::kRoot};
+  std::size_t tests = 0;
+  while (!open.empty()) {
+    const std::uint32_t child = open.back();
+    open.pop_back();
+    if (!(child & WideNode::kLeaf)) {
+      const WideNode& node = to.nodes()[child];
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (node.child[lane] == WideNode::kNone) continue;
+        if (std::sqrt(box_distance_sq(box, Bvh::child_box(node, lane))) <= reach) open.push_back(node.child[lane]);
+      }
+      continue;
+    }
+    if ((tests += kLanes) >= kPulseEvery) {
+      tests = 0;
+      if (search_.interrupted()) return {std::move(slots), false};
+    }
+    const std::uint32_t block = child & ~WideNode::kLeaf;
+    for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) {
+      const CornersAndFrame other{{to.mesh().corner(t, 0), to.mesh().corner(t, 1), to.mesh().corner(t, 2)},
+                                  to.prepared(t)};
+      if (triangle_distance(s, other) <= reach) slots.push_back(t);
+    }
+  }
+  std::sort(slots.begin(), slots.end());
+  slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
+  return {std::move(slots), true};
+}
+
+}  // namespace meshgauge

@@ -1,0 +1,32 @@
+// A mesh in the unit frame, laid out so that neighbours in memory are neighbours in space.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "engine/control.h"
+#include "engine/mesh.h"
+#include "engine/mesh/frame.h"
+#include "engine/mesh/large_array.h"
+#include "engine/thread_pool.h"
+
+namespace meshgauge {
+
+struct OrderedMesh {
+  Box box;                             // of the surface, in the frame
+  LargeArray<Vec3> positions;          // the vertices that triangles use, in the order of first use
+  LargeArray<Triangle> triangles;      // along a space-filling curve (engine/tree/curve.h)
+  LargeArray<std::uint32_t> original;  // by triangle: its index in the given mesh
+  std::size_t given;                   // number of triangles of the given mesh
+
+  // Orders the `chosen` triangles of `mesh`; empty: all. `original_box` is the box of the surface of `mesh`. O(n). If
+  // `control` interrupts it, complete() is false and the mesh must not be used.
+  OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& original_box, const Frame& frame,
+              Control& control, ThreadPool& pool);
+
+  MeshView view() const { return {positions, triangles}; }
+  bool complete() const { return !triangles.empty(); }
+  std::size_t bytes() const { return sizeof *this + bytes_of(positions) + bytes_of(triangles) + bytes_of(original); }
+};
+
+}  // namespace meshgauge
