@@ -5,7 +5,8 @@
 #include "api/refused.h"
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
-#include "server/store/distributed.h"
+#include "server/main/checked.h"
+#include "server/store/forms/distributed.h"
 
 namespace meshgauge::cli {
 namespace {

@@ -7,9 +7,10 @@
 
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
-#include "server/service.h"
-#include "server/settings_file.h"
-#include "server/worker/run.h"
+#include "server/main/checked.h"
+#include "server/main/service.h"
+#include "server/main/settings_file.h"
+#include "server/main/worker.h"
 
 namespace meshgauge::cli {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "server/settings_file.h"
+#include "server/main/settings_file.h"
 
 namespace meshgauge::cli {
 namespace {

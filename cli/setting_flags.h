@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "engine/result.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace CLI {
 class App;

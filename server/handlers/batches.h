@@ -17,7 +17,7 @@
 #include "server/http/exchange.h"
 #include "server/http/upload.h"
 #include "server/jobs/jobs.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 #include "server/store/batch_store.h"
 
 namespace meshgauge::server {

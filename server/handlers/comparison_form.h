@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "server/handlers/bundle.h"
+#include "server/http/bundle.h"
 #include "server/http/multipart.h"
 #include "server/http/upload.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace meshgauge::server {
 

@@ -15,7 +15,7 @@
 #include "server/http/prefer.h"
 #include "server/http/upload.h"
 #include "server/jobs/jobs.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace meshgauge::server {
 

@@ -19,7 +19,7 @@
 #include "server/maps/making.h"
 #include "server/maps/map_query.h"
 #include "server/observe/metrics.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace meshgauge::server {
 

@@ -10,9 +10,9 @@
 #include "server/handlers/meshes.h"
 #include "server/http/query.h"
 #include "server/http/text.h"
-#include "server/jobs/job_document.h"
-#include "server/jobs/kept_blobs.h"
 #include "server/web/pages.h"
+#include "server/work/job_document.h"
+#include "server/work/kept_blobs.h"
 
 namespace meshgauge::server {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "api/problem.h"
 #include "server/http/exchange.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace meshgauge::server {
 

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cstring>
 
-#include "server/access/address_tag.h"
+#include "server/base/address_tag.h"
 
 namespace meshgauge::server {
 

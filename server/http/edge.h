@@ -7,7 +7,7 @@
 #include "server/http/exchange.h"
 #include "server/http/io_pool.h"
 #include "server/http/tls.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace meshgauge::server {
 

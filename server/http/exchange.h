@@ -15,7 +15,7 @@
 #include "server/http/body.h"
 #include "server/http/head.h"
 #include "server/http/outgoing.h"
-#include "server/observe/trace.h"
+#include "server/http/trace.h"
 
 namespace meshgauge::server {
 

@@ -12,7 +12,7 @@
 #include "server/http/exchange.h"
 #include "server/http/http_library.h"
 #include "server/http/tls.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace meshgauge::server {
 

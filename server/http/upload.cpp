@@ -7,7 +7,7 @@
 
 #include <cerrno>
 
-#include "server/access/share.h"
+#include "server/base/share.h"
 #include "server/store/errors.h"
 
 namespace meshgauge::server {
@@ -80,7 +80,7 @@ Upload::Refusal Upload::append(std::string_view piece) {
   size_ += piece.size();
   if (file_ >= 0 || memory_.size() + piece.size() > kMaxInMemory) return spill(piece);
   if (memory_.empty())
-    memory_.reserve(kMaxInMemory);  // a mapping of its own (server/heap.h): only written pages cost memory
+    memory_.reserve(kMaxInMemory);  // a mapping of its own (server/base/heap.h): only written pages cost memory
   const auto* start = reinterpret_cast<const std::byte*>(piece.data());
   memory_.insert(memory_.end(), start, start + piece.size());
   return std::nullopt;

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "api/digest.h"
-#include "server/heap.h"
-#include "server/memory_plan.h"
+#include "server/base/heap.h"
+#include "server/settings/memory_plan.h"
 
 namespace meshgauge::server {
 namespace {

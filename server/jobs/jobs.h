@@ -21,19 +21,19 @@
 #include <variant>
 
 #include "server/access/access.h"
-#include "server/jobs/kept_blobs.h"
-#include "server/jobs/live_job.h"
-#include "server/jobs/measuring.h"
-#include "server/jobs/memory_budget.h"
-#include "server/jobs/scheduler.h"
-#include "server/jobs/store_errors.h"
 #include "server/jobs/store_queue.h"
-#include "server/jobs/stores.h"
-#include "server/jobs/thread_budget.h"
 #include "server/jobs/upkeep.h"
 #include "server/jobs/watcher.h"
 #include "server/observe/metrics.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
+#include "server/work/kept_blobs.h"
+#include "server/work/live_job.h"
+#include "server/work/measuring.h"
+#include "server/work/memory_budget.h"
+#include "server/work/scheduler.h"
+#include "server/work/store_errors.h"
+#include "server/work/stores.h"
+#include "server/work/thread_budget.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/heap.h"
+#include "server/base/heap.h"
 
 namespace meshgauge::server {
 namespace {

@@ -6,8 +6,8 @@
 #include <functional>
 #include <optional>
 
-#include "server/jobs/store_errors.h"
-#include "server/jobs/stores.h"
+#include "server/work/store_errors.h"
+#include "server/work/stores.h"
 
 namespace meshgauge::server {
 

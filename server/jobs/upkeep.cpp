@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 
-#include "server/heap.h"
+#include "server/base/heap.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {

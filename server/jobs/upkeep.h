@@ -5,11 +5,11 @@
 #include <chrono>
 #include <utility>
 
-#include "server/jobs/kept_blobs.h"
-#include "server/jobs/store_errors.h"
-#include "server/jobs/stores.h"
 #include "server/jobs/sweep_guard.h"
-#include "server/settings.h"
+#include "server/settings/settings.h"
+#include "server/work/kept_blobs.h"
+#include "server/work/store_errors.h"
+#include "server/work/stores.h"
 
 namespace meshgauge::server {
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <utility>
 
-#include "server/heap.h"
-#include "server/jobs/job_document.h"
+#include "server/base/heap.h"
+#include "server/work/job_document.h"
 
 namespace meshgauge::server {
 namespace {

@@ -12,8 +12,8 @@
 #include "api/response.h"
 #include "engine/control.h"
 #include "server/jobs/jobs.h"
-#include "server/maps/map_cache.h"
 #include "server/maps/map_query.h"
+#include "server/work/map_cache.h"
 
 namespace meshgauge::server {
 

@@ -10,8 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/utc.h"
-#include "server/heap.h"
-#include "server/jobs/job_document.h"
+#include "server/base/heap.h"
 #include "server/observe/json_line.h"
 #include "server/observe/log_queue.h"
 

@@ -5,6 +5,22 @@
 
 namespace meshgauge::server::store {
 
+std::string to_string(JobState state) {
+  switch (state) {
+    case JobState::queued:
+      return "queued";
+    case JobState::running:
+      return "running";
+    case JobState::done:
+      return "done";
+    case JobState::failed:
+      return "failed";
+    case JobState::cancelled:
+      return "cancelled";
+  }
+  return "";
+}
+
 Progress narrowed(const std::optional<Progress>& known, const Progress& newer) {
   if (!known || known->by.empty() || known->by != newer.by) return newer;
   const double lower = std::max(known->lower, newer.lower);

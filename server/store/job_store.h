@@ -44,6 +44,7 @@ inline constexpr unsigned kMaxTries = 5;
 inline constexpr unsigned kMaxUnbegun = 2;
 
 enum class JobState { queued, running, done, failed, cancelled };
+std::string to_string(JobState state);  // "queued", as in documents
 inline bool has_ended(JobState state) { return state >= JobState::done; }
 
 struct JobKey {

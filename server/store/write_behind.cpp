@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "server/heap.h"
+#include "server/base/heap.h"
 
 namespace meshgauge::server::store {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <sqlite3.h>
 
-#include "server/heap.h"
+#include "server/base/heap.h"
 
 namespace meshgauge::server::store {
 namespace {

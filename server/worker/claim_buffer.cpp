@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/settings.h"
+#include "server/settings/settings.h"
 
 namespace meshgauge::server {
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/heap.h"
-#include "server/jobs/revived.h"
+#include "server/base/heap.h"
+#include "server/work/revived.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {

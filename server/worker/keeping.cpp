@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "server/heap.h"
+#include "server/base/heap.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {

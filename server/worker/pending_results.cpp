@@ -5,7 +5,7 @@
 #include <new>
 #include <utility>
 
-#include "server/heap.h"
+#include "server/base/heap.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {

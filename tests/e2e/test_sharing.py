@@ -101,7 +101,7 @@ class Keys(unittest.TestCase):
             self.addCleanup(connection.close)
             body = comparison(a=b"#" * MB)
             connection.sendall(post_head(len(body), bearer(self.greedy)) + body[:MB])
-            if i < 3:  # three quarters of the room are the share of one (server/access/share.h)
+            if i < 3:  # three quarters of the room are the share of one (server/base/share.h)
                 until(lambda: self.level("meshgauge_upload_bytes") > (i + 0.9) * MB)
         for _ in range(5):
             self.assertEqual(self.small().status, 200)

@@ -5,7 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http/http_library.h"
-#include "server/service.h"
+#include "server/main/checked.h"
+#include "server/main/service.h"
 #include "tests/server/jobs/shared_bench.h"
 
 using namespace meshgauge;

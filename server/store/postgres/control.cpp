@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "server/heap.h"
+#include "server/base/heap.h"
 
 namespace meshgauge::server::store {
 namespace {

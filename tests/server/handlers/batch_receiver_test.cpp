@@ -1,5 +1,6 @@
 // Files of a batch, from their arrival until the batch is stored.
 #include "server/handlers/batch_receiver.h"
+#include "server/main/checked.h"
 
 #include <sys/socket.h>
 #include <unistd.h>

@@ -8,8 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http/http_library.h"
-#include "server/service.h"
-#include "server/wiring.h"
+#include "server/main/checked.h"
+#include "server/main/service.h"
+#include "server/main/wiring.h"
 #include "tests/server/store/implementations.h"
 
 using namespace meshgauge;

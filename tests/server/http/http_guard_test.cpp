@@ -1,5 +1,6 @@
 // The guard between clients and handlers: responses that fail, and requests at shutdown.
 #include "server/http/http_guard.h"
+#include "server/main/checked.h"
 
 #include <arpa/inet.h>
 #include <sys/socket.h>

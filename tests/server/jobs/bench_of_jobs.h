@@ -16,6 +16,7 @@
 
 #include "flaky_store.h"
 #include "server/jobs/jobs.h"
+#include "server/main/checked.h"
 #include "tests/eventually.h"
 #include "tests/server/stand_in.h"
 #include "tests/server/store/implementations.h"

@@ -2,6 +2,7 @@
 #include <future>
 #include <map>
 #include <random>
+#include "server/main/checked.h"
 
 #include "bench_of_jobs.h"
 

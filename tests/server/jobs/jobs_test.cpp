@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_of_jobs.h"
-#include "server/jobs/revived.h"
+#include "server/work/revived.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server;

@@ -1,0 +1,240 @@
+#include "server/main/service.h"
+
+#include "server/handlers/options.h"
+#include "server/main/open_stores.h"
+#include "server/main/wiring.h"
+#include "server/maps/spare_room.h"
+#include "server/observe/log.h"
+#include "server/sandbox/pool.h"
+#include "server/settings/memory_plan.h"
+#include "server/web/openapi.h"
+#include "server/web/pages.h"
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::chrono::milliseconds kServiceTick{50};
+
+void send(Exchange& exchange, std::string text, const char* type) {
+  exchange.response.content_type = type;
+  exchange.response.body = std::move(text);
+}
+
+// Cached maps leave map_cache_room_bytes free on the disk, for uploads and results.
+MapCache::Settings map_settings(const Settings& settings, const std::string& data_folder) {
+  const std::string folder = data_folder + "/maps";
+  return {folder, settings.map_cache_bytes, settings.temp_dir,
+          [folder, wanted = settings.map_cache_room_bytes] { return lacking_bytes_on(folder, wanted); }};
+}
+
+}  // namespace
+
+Service::Service(const Settings& settings, const Fetch& fetch, Stores stores)
+    : settings_(settings),
+      stores_(stores),
+      access_(settings.keys_file),
+      entrance_(access_, metrics_, Cors::parse(settings.cors_origins).value(), origin_check_of(settings)),
+      tls_(tls_of(settings)),
+      uploads_(settings.max_upload_bytes),
+      jobs_(settings, fetch, stores, access_, metrics_),
+      comparisons_(settings, jobs_, stores, access_, uploads_),
+      meshes_(settings, stores, access_, uploads_),
+      guard_(settings,
+             {[this](Exchange& exchange) { return entrance_(exchange, router_); },
+              [](Exchange& exchange) { (*exchange.action)(exchange); },
+              [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); }},
+             tls_ ? &*tls_ : nullptr) {
+  if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, fetch);
+  readiness_.add_store_checks(stores_);
+  readiness_.add_check("disk", [this] {
+    const auto ok = check_temp_dir(settings_.temp_dir);
+    return ok ? std::string() : ok.error().message;
+  });
+  if (stores.batches) {
+    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { return jobs_.stopping(); });
+  }
+  if (settings.status_port > 0) {
+    Settings second = settings;
+    second.port = settings.status_port;
+    status_.emplace(second, metrics_, entrance_, tls_ ? &*tls_ : nullptr, [this](Exchange& e) { check_ready(e); });
+  }
+  add_routes();
+  watch_levels();
+}
+
+Service::~Service() {
+  shutdown([] { return true; });
+}
+
+void Service::add_routes() {
+  router_.add("GET", "/", show_root);
+  for (const char* page : {"/b/{}", "/c/{}"}) router_.add("GET", page, show_permanent_link);
+  for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"})
+    router_.add("GET", damaged, show_damaged_link);
+  router_.add("GET", "/page/{}", send_page_file);
+  router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  router_.add("GET", "/docs", show_reference);
+  router_.add("GET", "/docs/{}", send_reference_file);
+  add_status_routes(router_, metrics_, [this](Exchange& e) { check_ready(e); });
+  add_comparison_routes();
+  add_batch_routes();
+  add_listing_routes();
+  router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
+  router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
+  router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
+  router_.add("DELETE", "/v1/meshes/{}", [this](Exchange& e) { meshes_.remove(e); });
+}
+
+void Service::add_comparison_routes() {
+  router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); }).refuse = [this](Exchange& e) {
+    comparisons_.refuse(e);
+  };
+  router_.add("GET", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.get(e); });
+  router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
+  router_.add("POST", "/v1/comparisons/{}/cancel", [this](Exchange& e) { comparisons_.cancel(e); });
+  router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
+  router_.add("POST", "/v1/options", [this](Exchange& e) { read_options(e, settings_); });
+  if (!deviations_) return;
+  for (const auto& format : api::kMapFormats) {
+    router_.add("GET", "/v1/comparisons/{}/deviation." + std::string(format.name),
+                [this, kind = format.kind](Exchange& e) { deviations_->get(e, kind); });
+  }
+}
+
+void Service::add_batch_routes() {
+  if (!batches_) return;
+  router_.add("POST", "/v1/batches", [this](Exchange& e) { batches_->create(e, comparisons_.refusing()); });
+  router_.add("GET", "/v1/batches/{}", [this](Exchange& e) { batches_->get(e); });
+  router_.add("DELETE", "/v1/batches/{}", [this](Exchange& e) { batches_->remove(e); });
+  router_.add("POST", "/v1/batches/{}/cancel", [this](Exchange& e) { batches_->cancel(e); });
+  router_.add("GET", "/v1/batches/{}/events", [this](Exchange& e) { batches_->events(e); });
+  router_.add("GET", "/v1/batches/{}/results.jsonl", [this](Exchange& e) { batches_->results(e); });
+  router_.add("GET", "/v1/batches/{}/junit.xml", [this](Exchange& e) { batches_->junit(e); });
+}
+
+void Service::add_listing_routes() {
+  if (!stores_.listings || !stores_.batches) return;
+  listings_.emplace(settings_, stores_, access_);
+  router_.add("GET", "/v1/meshes", [this](Exchange& e) { listings_->meshes(e); });
+  router_.add("GET", "/v1/comparisons", [this](Exchange& e) { listings_->comparisons(e); });
+  router_.add("GET", "/v1/batches", [this](Exchange& e) { listings_->batches(e); });
+}
+
+std::uint64_t Service::free_bytes() const {
+  const auto bytes = stores_.blobs.free_bytes();
+  return bytes ? *bytes : 0;
+}
+
+std::uint64_t Service::stored_bytes() const {
+  const auto bytes = stores_.meshes.all_stored_bytes();
+  return bytes ? *bytes : 0;
+}
+
+void Service::watch_levels() {
+  const auto watch = [this](Level level, auto read) {
+    metrics_.watch(level, [read] { return static_cast<double>(read()); });
+  };
+  watch(Level::queue_depth, [this] { return jobs_.waiting(); });
+  watch(Level::queue_limit, [this] { return settings_.queue + settings_.max_queued_jobs; });
+  watch(Level::jobs_running, [this] { return jobs_.figures().running; });
+  watch(Level::workers, [this] { return settings_.workers; });
+  watch(Level::connections, [this] { return guard_.connections(); });
+  watch(Level::connections_dropped, [this] { return guard_.dropped(); });
+  watch(Level::upload_bytes, [this] { return uploads_.used(); });
+  watch(Level::upload_limit_bytes, [this] { return uploads_.max_bytes(); });
+  watch_memory(metrics_, jobs_.memory());
+  watch_cache(metrics_, stores_.cache, settings_.max_cache_bytes);
+  if (stores_.maps) {
+    watch(Level::map_cache_bytes, [this] { return stores_.maps->counters().bytes; });
+    watch(Level::map_cache_limit_bytes, [this] { return settings_.map_cache_bytes; });
+    watch(Level::map_cache_files, [this] { return stores_.maps->counters().files; });
+  }
+  watch(Level::event_streams, [this] { return comparisons_.watcher_count(); });
+  watch(Level::stored_bytes, [this] { return stored_bytes(); });
+  if (stores_.shared) {
+    watch(Level::store_queue_depth, [this] { return jobs_.store_queue()->counts().queued; });
+    watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue()->oldest_waiting_seconds(); });
+  }
+  if (!stores_.shared) watch(Level::disk_free_bytes, [this] { return free_bytes(); });  // shared stores cannot tell
+}
+
+void Service::check_ready(Exchange& exchange) {
+  Readiness::Defects now;
+  if (!listening() || comparisons_.refusing()) now.emplace_back("service", "the service is shutting down");
+  const auto figures = jobs_.figures();
+  if (figures.awaited_slots >= settings_.workers + settings_.queue) now.emplace_back("queue", "the queue is full");
+  if (figures.durable_slots >= settings_.max_queued_jobs) {
+    now.emplace_back("queue", "the queue of durable comparisons is full");
+  }
+  readiness_.answer(exchange, std::move(now));
+}
+
+Result<int> Service::start() {
+  if (auto ok = check_temp_dir(settings_.temp_dir); !ok) return ok.error();
+  if (auto ok = load_secrets(access_, tls_); !ok) return ok.error();
+  const auto port = bind(guard_, settings_);
+  if (!port) return port.error();
+  if (status_) {
+    if (const auto second = status_->start(); !second) return second.error();
+  }
+  if (auto ok = jobs_.recover(); !ok) return ok.error();
+  ended_.store(false);
+  listener_ = std::thread([this] {
+    guard_.run();
+    ended_.store(true);
+  });
+  return *port;
+}
+
+void Service::reload() { reload_secrets(access_, tls_); }
+
+void Service::shutdown(const std::function<bool()>& give_up) {
+  if (!listener_.joinable()) return;
+  comparisons_.refuse_new();
+  jobs_.drain();
+  guard_.stop();
+  // Durable jobs may run without a connection, so their end is awaited as well.
+  while ((!ended_.load() || jobs_.figures().running > 0) && !give_up()) std::this_thread::sleep_for(kServiceTick);
+  jobs_.stop();
+  guard_.abort();
+  listener_.join();
+}
+
+Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
+  if (auto ok = check_reach(settings); !ok) return ok.error();
+  set_up_process(settings);
+  sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
+  const auto lacks = pool.start();
+  if (!lacks) return lacks.error();
+  auto stores = open_stores(settings);
+  if (!stores) return stores.error();
+  MeshCache cache(settings.max_cache_bytes);
+  MapCache maps(map_settings(settings, (*stores)->data_folder()));
+  if (auto opened = maps.open(); !opened) return opened.error();
+  Service service(settings, fetching_by(pool, cache, read_limits(settings)), stores_of(**stores, cache, &maps));
+  service.metrics().watch_sandbox([&pool] { return pool.counters(); });
+  service.readiness().add_check("sandbox", [&pool] { return defect_of(pool); });
+  const auto port = service.start();
+  if (!port) return port.error();
+  log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
+  log_event("memory", memory_text(settings));
+  for (const std::string& lack : *lacks) log_event("sandbox", lack);
+  if (!settings.keys_file.empty() && settings.tls_certificate.empty()) {
+    log_event("access", "keys are sent unencrypted; set tls_certificate, or use a proxy in front that speaks TLS");
+  }
+  for (Signal signal = Signal::none; service.listening() && signal != Signal::end;) {
+    signal = wait_for_signal(kServiceTick);
+    if (signal == Signal::reload) service.reload();
+  }
+  const bool failed = !service.listening();  // exit with an error, so that a supervisor restarts the service
+  log_event("stopping", failed ? "the listening socket failed" : "no new work is accepted");
+  const auto grace_end = Clock::now() + std::chrono::milliseconds(settings.grace_ms);
+  service.shutdown(
+      [&] { return Clock::now() >= grace_end || wait_for_signal(std::chrono::milliseconds(0)) == Signal::end; });
+  log_event("sandbox", to_string(pool.counters()));
+  log_event("stopped", "every request was answered");
+  if (failed) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
+  return Done{};
+}
+
+}  // namespace meshgauge::server

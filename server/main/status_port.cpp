@@ -1,0 +1,53 @@
+#include "server/main/status_port.h"
+
+#include <utility>
+
+#include "server/handlers/readiness.h"
+#include "server/main/wiring.h"
+
+namespace meshgauge::server {
+namespace {
+
+constexpr const char* kNothing =
+    "this port serves /healthz, /readyz and /metrics alone; send requests to the port of a front end (meshgauge serve)";
+
+Settings with_few_threads(Settings settings) {
+  settings.io_threads = 1;  // for refusals: the rest has threads of its own
+  return settings;
+}
+
+}  // namespace
+
+StatusPort::StatusPort(const Settings& settings, Metrics& metrics, const Entrance& entrance, const Tls* tls,
+                       Router::Action ready)
+    : settings_(with_few_threads(settings)),
+      metrics_(metrics),
+      entrance_(entrance),
+      router_(kNothing),
+      guard_(settings_,
+             {[this](Exchange& exchange) { return entrance_(exchange, router_); },
+              [](Exchange& exchange) { (*exchange.action)(exchange); },
+              [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); }},
+             tls) {
+  add_status_routes(router_, metrics_, std::move(ready));
+}
+
+StatusPort::~StatusPort() {
+  if (!listener_.joinable()) return;
+  guard_.stop();
+  guard_.abort();
+  listener_.join();
+}
+
+Result<int> StatusPort::start() {
+  const auto port = bind(guard_, settings_);
+  if (!port) return port.error();
+  ended_.store(false);
+  listener_ = std::thread([this] {
+    guard_.run();
+    ended_.store(true);
+  });
+  return *port;
+}
+
+}  // namespace meshgauge::server

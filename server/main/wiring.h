@@ -1,0 +1,67 @@
+// Parts that `serve` and `worker` set up alike: the process, the pool of reader processes, loading of meshes, the
+// listening socket, and signals.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/access/access.h"
+#include "server/access/origin_check.h"
+#include "server/http/http_guard.h"
+#include "server/http/tls.h"
+#include "server/observe/metrics.h"
+#include "server/sandbox/pool.h"
+#include "server/settings/settings.h"
+#include "server/work/measuring.h"
+#include "server/work/mesh_cache.h"
+
+namespace meshgauge::server {
+
+// Blocks signals in this thread and those it starts; sets up heap (server/base/heap.h) and digests. Call before any
+// thread starts.
+void set_up_process(const Settings& settings);
+
+// `command`: the command line of the spawner of reader processes, a program that calls sandbox::run_spawner().
+sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command);
+
+// Returns the reason why the pool cannot read files now; empty: it can. Waits for a reader for a second at most.
+std::string defect_of(sandbox::Pool& pool);
+
+// Returns a function that loads a mesh: from the cache if it is a stored mesh, else by the pool. Borrows both.
+Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits);
+
+// Returns an Error if no file can be created in the directory.
+Result<Done> check_temp_dir(const std::string& directory);
+
+// Returns an Error if other machines can reach every address of the host, and neither keys_file nor public_without_keys
+// is set. Binds nothing.
+Result<Done> check_reach(const Settings& settings);
+
+// Binds the guard and returns the port. An Error if the address is not available, or as check_reach() for the address
+// that was bound.
+Result<int> bind(HttpGuard& guard, const Settings& settings);
+
+// The check of hosts and origins by settings from checked(). With keys it refuses nothing.
+OriginCheck origin_check_of(const Settings& settings);
+
+std::optional<Tls> tls_of(const Settings& settings);  // nullopt: the port speaks plain HTTP
+
+// Reads the keys file, the certificate and its key. An Error: one of them cannot be used.
+Result<Done> load_secrets(Access& access, std::optional<Tls>& tls);
+// Reads them again and logs the result. A file that cannot be used leaves the old keys or certificate in force.
+void reload_secrets(Access& access, std::optional<Tls>& tls);
+
+// Counts a request and, depending on log_requests, logs it. Call after the last byte of its response.
+void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics);
+
+void watch_memory(Metrics& metrics, const MemoryBudget& memory);
+void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows the cache
+
+// end: SIGTERM, SIGINT, or SIGHUP because the terminal was closed. reload: any other SIGHUP.
+enum class Signal { none, end, reload };
+Signal wait_for_signal(std::chrono::milliseconds time);  // blocks until a signal or the end of `time`, under a second
+
+}  // namespace meshgauge::server

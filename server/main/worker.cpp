@@ -1,0 +1,168 @@
+#include "server/main/worker.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <limits>
+#include <mutex>
+#include <thread>
+
+#include "api/digest.h"
+#include "api/refused.h"
+#include "server/access/entrance.h"
+#include "server/base/heap.h"
+#include "server/handlers/readiness.h"
+#include "server/jobs/upkeep.h"
+#include "server/main/open_stores.h"
+#include "server/main/status_port.h"
+#include "server/main/wiring.h"
+#include "server/observe/log.h"
+#include "server/settings/memory_plan.h"
+#include "server/worker/worker.h"
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kTick{50};
+constexpr std::size_t kOpeners = 4;  // these threads wait for the network, not for a processor
+
+// Unique, also among past and future processes; begins with the name of the machine, for operators.
+std::string worker_name() {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return std::string(host.data()) + "/" + api::random_id();
+}
+
+WorkerOptions options_of(const Settings& settings) {
+  WorkerOptions options;
+  options.name = worker_name();
+  options.lease = milliseconds(settings.lease_ms);
+  options.heartbeat = milliseconds(settings.heartbeat_ms);
+  options.openers = kOpeners;
+  options.ended = [how = settings.log_requests](const JobView& job) {
+    const bool failed = job.row.state == store::JobState::failed;
+    if (how == "all" || (how == "problems" && failed)) log_job(job);
+  };
+  return options;
+}
+
+// Runs once a second on a thread of its own, because it may block for the database.
+class UpkeepThread {
+ public:
+  explicit UpkeepThread(Upkeep& upkeep) : thread_([this, &upkeep] { run(upkeep); }) {}
+  ~UpkeepThread() {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+  UpkeepThread(const UpkeepThread&) = delete;
+  UpkeepThread& operator=(const UpkeepThread&) = delete;
+
+ private:
+  void run(Upkeep& upkeep) {
+    const NeverFails never_fails;
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, std::chrono::seconds(1), [this] { return ending_; })) {
+      lock.unlock();
+      upkeep.tick();
+      lock.lock();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+void watch_levels(Metrics& metrics, const Settings& settings, const Worker& worker) {
+  metrics.watch(Level::jobs_running, [&worker] { return static_cast<double>(worker.running()); });
+  metrics.watch(Level::workers, [n = settings.workers] { return static_cast<double>(n); });
+}
+
+// Running jobs may end within the grace period; the rest is handed back.
+void leave(Worker& worker, milliseconds grace) {
+  worker.drain();
+  const auto end = Clock::now() + grace;
+  while (worker.held() > 0 && Clock::now() < end && wait_for_signal(kTick) != Signal::end) continue;
+  worker.stop();
+}
+
+}  // namespace
+
+Result<Done> run_worker_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
+  if (!is_distributed(settings)) {
+    return refused(
+        "a worker needs a --database that it shares with front ends (MESHGAUGE_DATABASE); without one "
+        "`meshgauge serve` does all by itself");
+  }
+  if (auto ok = check_reach(settings); !ok) return ok.error();
+  set_up_process(settings);
+  sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
+  const auto lacks = pool.start();
+  if (!lacks) return lacks.error();
+  auto opened = open_stores(settings);
+  if (!opened) return opened.error();
+  MeshCache cache(settings.max_cache_bytes);
+  const Stores stores = stores_of(**opened, cache, nullptr);
+  Metrics metrics;
+  StoreErrors store_errors(metrics);
+  ThreadBudget threads(settings.workers);
+  MemoryBudget memory(memory_for_meshes(settings));
+  const Measuring measuring(settings, fetching_by(pool, cache, read_limits(settings)), metrics, threads, memory,
+                            stores.jobs);
+  Scheduler scheduler({settings.workers, 0, std::numeric_limits<std::size_t>::max()});
+  Worker worker(settings, stores, measuring, scheduler, store_errors, metrics, options_of(settings));
+  Readiness readiness;
+  readiness.add_store_checks(stores);
+  readiness.add_check("sandbox", [&pool] { return defect_of(pool); });
+  metrics.watch_sandbox([&pool] { return pool.counters(); });
+  watch_memory(metrics, memory);
+  watch_cache(metrics, cache, settings.max_cache_bytes);
+  watch_levels(metrics, settings, worker);
+  Access access(settings.keys_file);
+  const Entrance entrance(access, metrics, Cors::parse(settings.cors_origins).value(), origin_check_of(settings));
+  auto tls = tls_of(settings);
+  if (auto loaded = load_secrets(access, tls); !loaded) return loaded.error();
+  std::atomic<bool> leaving{false};
+  StatusPort status(settings, metrics, entrance, tls ? &*tls : nullptr, [&](Exchange& exchange) {
+    Readiness::Defects now;
+    if (leaving.load()) now.emplace_back("service", "the worker is shutting down");
+    readiness.answer(exchange, std::move(now));
+  });
+  metrics.watch(Level::connections, [&] { return static_cast<double>(status.guard().connections()); });
+  metrics.watch(Level::connections_dropped, [&] { return static_cast<double>(status.guard().dropped()); });
+  const auto port = status.start();
+  if (!port) return port.error();
+  for (const std::string& lack : *lacks) log_event("sandbox", lack);
+  Upkeep upkeep(settings, stores, store_errors);
+  const UpkeepThread upkeep_thread(upkeep);
+  stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
+  worker.start();
+  log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
+  log_event("memory", memory_text(settings));
+  for (Signal signal = Signal::none; status.listening() && signal != Signal::end;) {
+    signal = wait_for_signal(kTick);
+    if (signal == Signal::reload) reload_secrets(access, tls);
+  }
+  const bool failed = !status.listening();  // the process ends, so that its supervisor restarts it
+  leaving.store(true);
+  log_event("stopping", failed ? "the listening socket failed" : "no more jobs are claimed");
+  leave(worker, milliseconds(settings.grace_ms));
+  stores.signals.stop_listening();
+  log_event("sandbox", to_string(pool.counters()));
+  log_event("stopped", worker.held() == 0
+                           ? "every job is stored or handed back"
+                           : "some jobs could not be handed back; they are requeued when their leases expire");
+  if (failed) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
+  return Done{};
+}
+
+}  // namespace meshgauge::server

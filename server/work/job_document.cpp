@@ -1,0 +1,112 @@
+#include "server/work/job_document.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "api/json_of.h"
+#include "api/problem.h"
+#include "api/request.h"
+#include "api/utc.h"
+#include "server/web/pages.h"
+
+namespace meshgauge::server {
+namespace {
+
+using Json = nlohmann::ordered_json;  // writes infinity and NaN as null
+
+// null for an ended job: its result has the interval.
+Json progress_of(const store::Job& row) {
+  if (!row.progress || store::has_ended(row.state)) return nullptr;
+  return {{"lower", row.progress->lower},
+          {"upper", row.progress->upper},
+          {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
+}
+
+// A path without a host: the client knows by which name it reached the service.
+std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
+
+std::optional<std::size_t> triangles_of(const nlohmann::json& document, const char* part) {
+  const nlohmann::json::json_pointer pointer(std::string("/meshes/") + part + "/triangles");
+  if (!document.contains(pointer) || !document[pointer].is_number_unsigned()) return std::nullopt;
+  return document[pointer].get<std::size_t>();
+}
+
+}  // namespace
+
+Json gate_of(const store::Job& row) {
+  const auto request = api::parse_options(row.options);
+  return request ? api::gate_of(request->options) : Json(nullptr);
+}
+
+std::string problem_json(const store::Job& row) {
+  if (!row.problem.empty()) return row.problem;
+  if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
+  if (row.state != store::JobState::failed) return "null";
+  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
+}
+
+JobView as_told(const store::Job& row) {
+  JobView view;
+  view.row = row;
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  if (!document.is_object()) return view;
+  const auto times = document.value("timings_ms", nlohmann::json::object());
+  for (const char* name : api::kStageNames) {
+    if (times.contains(name) && times[name].is_number()) view.stages.push_back({name, times[name].get<double>()});
+  }
+  view.timing = api::to_server_timing(view.stages);
+  const auto a = triangles_of(document, "a"), b = triangles_of(document, "b");
+  if (a && b) view.triangles = MeshSizes{*a, *b};
+  return view;
+}
+
+api::Problem cancelled_early() {
+  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
+}
+
+std::string to_text(store::TimePoint time) { return api::to_utc_ms(time); }
+
+Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
+
+std::string to_json(const JobView& job) {
+  const store::Job& row = job.row;
+  Json head{{"id", row.key.id},
+            {"state", to_string(row.state)},
+            {"created", to_text(row.created)},
+            {"started", time_or_null(row.started)},
+            {"finished", time_or_null(row.finished)},
+            {"expires", time_or_null(row.expires)},
+            {"tries", row.tries},
+            {"gate", gate_of(row)},
+            {"progress", progress_of(row)}};
+  if (has_pages()) head["view"] = view_of(row);
+  // Result and problem are JSON already and may be large, so they are appended as text.
+  std::string text = head.dump();
+  text.pop_back();
+  return text + ",\"result\":" + (row.document.empty() ? "null" : result_json(row)) +
+         ",\"problem\":" + problem_json(row) + "}";
+}
+
+std::string result_json(const store::Job& row) {
+  if (!has_pages()) return row.document;
+  // The result is an object from api::to_json(), and not empty.
+  return row.document.substr(0, row.document.size() - 1) + ",\"view\":\"" + view_of(row) + "\"}";
+}
+
+std::string progress_json(const JobView& job) {
+  const store::Job& row = job.row;
+  // In the distributed form another clock dates the beginning.
+  const auto since =
+      std::max(store::TimePoint::duration(0), row.finished.value_or(store::now()) - row.started.value_or(row.created));
+  Json json{{"state", to_string(row.state)}};
+  const store::Progress none{0, std::numeric_limits<double>::infinity(), ""};
+  const store::Progress& progress = row.progress ? *row.progress : none;
+  json["lower"] = progress.lower;
+  json["upper"] = progress.upper;
+  json["stage"] = progress.stage.empty() ? Json(nullptr) : Json(progress.stage);
+  json["elapsed_ms"] = since.count();
+  return json.dump();
+}
+
+}  // namespace meshgauge::server

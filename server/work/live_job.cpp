@@ -1,0 +1,148 @@
+#include "server/work/live_job.h"
+
+#include <utility>
+
+#include "engine/hausdorff.h"
+
+namespace meshgauge::server {
+
+store::Progress certified(double lower, double upper, std::string stage) {
+  return {lower, upper, std::move(stage), meshgauge::version()};
+}
+
+LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
+                 Clock::time_point submission)
+    : key(job.key),
+      client(client_of(job)),
+      bytes(job.cost),
+      durable(is_durable),
+      submitted(submission),
+      request(job_request),
+      a(std::move(mesh_a)),
+      b(std::move(mesh_b)) {
+  static_cast<store::NewJob&>(view_.row) = std::move(job);
+}
+
+JobView LiveJob::view() const {
+  const std::lock_guard lock(mutex_);
+  return view_;
+}
+
+std::uint64_t LiveJob::version() const {
+  const std::lock_guard lock(mutex_);
+  return version_;
+}
+
+bool LiveJob::wait_for_end(std::chrono::milliseconds time) const {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, time, [&] { return over(); });
+}
+
+bool LiveJob::is_over() const {
+  const std::lock_guard lock(mutex_);
+  return over();
+}
+
+std::shared_ptr<const void> LiveJob::on_change(std::function<void()> wake) {
+  auto shared = std::make_shared<const std::function<void()>>(std::move(wake));
+  const std::lock_guard lock(mutex_);
+  std::erase_if(wakes_, [](const auto& other) { return other.expired(); });
+  wakes_.push_back(shared);
+  return shared;
+}
+
+void LiveJob::cancel() {
+  change([](JobView& view) { view.row.cancel_requested = true; });
+  control.cancel();
+}
+
+bool LiveJob::cancel_requested() const {
+  const std::lock_guard lock(mutex_);
+  return view_.row.cancel_requested;
+}
+
+std::optional<store::Progress> LiveJob::progress() const {
+  const std::lock_guard lock(mutex_);
+  return view_.row.progress;
+}
+
+void LiveJob::started(unsigned tries, store::TimePoint when) {
+  change([&](JobView& view) {
+    view.row.state = store::JobState::running;
+    view.row.tries = tries;
+    view.row.started = when;
+  });
+}
+
+void LiveJob::progressed(const store::Progress& progress) {
+  change([&](JobView& view) { view.row.progress = store::narrowed(view.row.progress, progress); });
+}
+
+void LiveJob::ended(JobView last) {
+  change([&](JobView& view) {
+    if (!over()) view = std::move(last);
+  });
+}
+
+// A crash of the store may undo progress; clients keep the narrower interval.
+void LiveJob::seen(const store::Job& row) {
+  {
+    const std::lock_guard lock(mutex_);
+    store::Job& known = view_.row;
+    const auto progress = row.progress ? std::optional(store::narrowed(known.progress, *row.progress)) : known.progress;
+    const bool same = known.state == row.state && known.tries == row.tries && known.progress == progress &&
+                      known.cancel_requested == row.cancel_requested;
+    if (over() || same) return;
+    known = row;
+    known.progress = progress;
+    ++version_;
+  }
+  notify();
+}
+
+void LiveJob::release() {
+  change([this](JobView& view) {
+    if (!over()) view.handed_back = true;
+  });
+}
+
+// Other requests may know the job already, by its Idempotency-Key, and leave it at this moment.
+void LiveJob::hold_place(Scheduler::Slot slot) {
+  const std::lock_guard lock(mutex_);
+  place_.emplace(std::move(slot));
+}
+
+// Gives them back without the lock: their owners have locks of their own.
+void LiveJob::give_places_back() {
+  std::optional<JobSlot> job;
+  std::optional<Scheduler::Slot> place;
+  const std::lock_guard lock(mutex_);
+  if (counted) job.emplace(std::move(*counted));
+  if (place_) place.emplace(std::move(*place_));
+  counted.reset();
+  place_.reset();
+}
+
+void LiveJob::notify() {
+  changed_.notify_all();
+  std::vector<std::weak_ptr<const std::function<void()>>> wakes;
+  {
+    const std::lock_guard lock(mutex_);
+    wakes = wakes_;
+  }
+  for (const auto& one : wakes) {
+    if (const auto wake = one.lock()) (*wake)();
+  }
+}
+
+template <class Change>
+void LiveJob::change(const Change& how) {
+  {
+    const std::lock_guard lock(mutex_);
+    how(view_);
+    ++version_;
+  }
+  notify();
+}
+
+}  // namespace meshgauge::server

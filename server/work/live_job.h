@@ -1,0 +1,97 @@
+// A job in this process. The thread that runs it, or the watcher of the store, updates it; clients wait for changes and
+// read it. Thread safe, except for the members that the worker owns.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/request.h"
+#include "api/response.h"
+#include "engine/control.h"
+#include "server/access/access.h"
+#include "server/http/exchange.h"
+#include "server/store/job_store.h"
+#include "server/work/mesh_source.h"
+#include "server/work/scheduler.h"
+
+namespace meshgauge::server {
+
+// The state of a job at one moment.
+struct JobView {
+  store::Job row;            // with `document` and `problem` if it has ended
+  bool handed_back = false;  // this process stops and no longer follows the job
+  std::string timing;        // Server-Timing; this and the members below are set when it has ended
+  std::vector<api::Stage> stages;
+  std::optional<MeshSizes> triangles;
+  bool reusable = false;  // store::Ending::reusable
+};
+
+// Progress with bounds that this process's engine has certified.
+store::Progress certified(double lower, double upper, std::string stage);
+
+class LiveJob {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
+          Clock::time_point submission = Clock::now());
+
+  const store::JobKey key;
+  std::string client;         // that shares are counted for: the owner; without keys, a tag of the address
+  const std::uint64_t bytes;  // of both files
+  const bool durable;         // stored before it was accepted
+  const Clock::time_point submitted;
+  api::Request request;  // this and the sources: used by the running thread alone
+  MeshSource a;
+  MeshSource b;
+  Control control;
+  std::optional<Error> defect;     // why it cannot run
+  std::optional<JobSlot> counted;  // its place among its owner's jobs
+
+  JobView view() const;
+  std::uint64_t version() const;  // grows with every change
+
+  // Blocks until is_over(), for at most `time`. Returns whether it is.
+  bool wait_for_end(std::chrono::milliseconds time) const;
+  bool is_over() const;  // it has ended or was handed back
+  // Calls `wake` after every change, until the pointer that is returned is destroyed. `wake` must not block.
+  std::shared_ptr<const void> on_change(std::function<void()> wake);
+
+  void cancel();  // for its owner: it ends as cancelled
+  bool cancel_requested() const;
+  std::optional<store::Progress> progress() const;
+
+  // Called by the thread that runs it.
+  void started(unsigned tries, store::TimePoint when);
+  // Bounds of this process's engine or, before the run, of one of the same version (store::narrowed()).
+  void progressed(const store::Progress& progress);
+  void ended(JobView last);  // the first call of this or release() counts
+
+  // For a job in the store: called by the watcher.
+  void seen(const store::Job& row);       // a row that has not ended
+  void release();                         // this process stops and leaves the job to the store
+  void hold_place(Scheduler::Slot slot);  // its place in the queue
+  void give_places_back();                // that place, and `counted`
+
+ private:
+  bool over() const { return store::has_ended(view_.row.state) || view_.handed_back; }
+  template <class Change>
+  void change(const Change& how);
+  void notify();
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  JobView view_;
+  std::uint64_t version_ = 0;
+  std::optional<Scheduler::Slot> place_;
+  std::vector<std::weak_ptr<const std::function<void()>>> wakes_;
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,102 @@
+#include "server/settings/settings.h"
+
+#include <doctest/doctest.h>
+
+#include "engine/hausdorff.h"
+#include "server/main/checked.h"
+
+using namespace meshgauge;
+using server::checked;
+using server::Settings;
+
+TEST_CASE("settings: the defaults are consistent") {
+  const auto settings = checked(Settings{});
+  REQUIRE(settings.ok());
+  CHECK(settings->workers >= 1);
+  CHECK(settings->simd == supported_simd().front());
+  CHECK(settings->parsers == settings->workers + 1);
+}
+
+TEST_CASE("settings: a parser's memory is derived from the limits on files, unless it is set") {
+  Settings settings;
+  settings.max_vertices = 1'000'000;
+  settings.max_triangles = 2'000'000;
+  settings.max_expanded_bytes = 3'000'000;
+  CHECK(checked(settings)->parser_memory_bytes == 3'000'000 + 2 * 48'000'000 + (256 << 20));
+  settings.parser_memory_bytes = 100'000'000;
+  CHECK(checked(settings)->parser_memory_bytes == 100'000'000);
+  settings.parser_memory_bytes = 0;
+  settings.max_vertices = settings.max_triangles = settings.max_expanded_bytes = ~std::uint64_t{0};
+  CHECK(checked(settings).ok());
+}
+
+TEST_CASE("settings: an instruction set can be forced, and must be one of this processor's") {
+  Settings settings;
+  settings.simd = "scalar";
+  CHECK(checked(settings)->simd == "scalar");
+  settings.simd = "abacus";
+  const auto refused = checked(settings);
+  REQUIRE(!refused.ok());
+  CHECK(refused.error().message.starts_with("--simd must be one of auto, "));
+}
+
+TEST_CASE("settings: contradictions and impossible values are refused") {
+  const auto refused = [](auto change) {
+    Settings settings;
+    settings.workers = 2;
+    change(settings);
+    return !checked(settings).ok();
+  };
+  CHECK(!refused([](Settings&) {}));
+  CHECK(refused([](Settings& s) { s.port = 65536; }));
+  CHECK(refused([](Settings& s) { s.queue = ~std::uint64_t{0}; }));
+  CHECK(refused([](Settings& s) { s.io_threads = 1'000'000; }));
+  CHECK(refused([](Settings& s) { s.io_threads = 0; }));
+  CHECK(refused([](Settings& s) { s.status_port = 70'000; }));
+  CHECK(refused([](Settings& s) { s.max_timeout_ms = 180'001; }));
+  CHECK(refused([](Settings& s) { s.default_timeout_ms = 180'000, s.max_timeout_ms = 1000; }));
+  CHECK(refused([](Settings& s) { s.default_timeout_ms = 0; }));
+  CHECK(refused([](Settings& s) { s.grace_ms = ~std::uint64_t{0}; }));
+  CHECK(refused([](Settings& s) { s.parsers = 5000; }));
+  CHECK(refused([](Settings& s) { s.parser_memory_bytes = 1000; }));
+  CHECK(refused([](Settings& s) { s.parser_memory_bytes = ~std::uint64_t{0}; }));
+  CHECK(refused([](Settings& s) { s.tls_certificate = "c.pem"; }));
+  CHECK(refused([](Settings& s) { s.tls_key = "k.pem"; }));
+  CHECK(refused([](Settings& s) { s.cors_origins = "*"; }));
+  CHECK(refused([](Settings& s) { s.max_part_bytes = s.max_request_bytes + 1; }));
+}
+
+TEST_CASE("settings: a database selects the distributed form, whose settings are validated") {
+  const auto with = [](auto change) {
+    Settings settings;
+    settings.workers = 2;
+    settings.database = "postgresql://meshgauge@one,two/meshgauge";
+    change(settings);
+    return checked(settings);
+  };
+  CHECK(!server::is_distributed(Settings{}));
+  CHECK(server::is_distributed(*with([](Settings&) {})));
+  CHECK(with([](Settings& s) { s.database = "host=one,two port=5432 dbname=x password='a b'"; }).ok());
+  CHECK(with([](Settings& s) { s.blobs = "s3://a-bucket/a/prefix", s.s3_endpoint = "http://127.0.0.1:9000"; }).ok());
+  CHECK(with([](Settings& s) { s.heartbeat_ms = 100, s.lease_ms = 200; }).ok());
+  for (const char* bucket : {"a-bucket", "s3:/a-bucket", "s3://", "s3:///x", "s3://A_b/x", "https://a-bucket"}) {
+    CHECK_FALSE_MESSAGE(with([&](Settings& s) { s.blobs = bucket; }).ok(), bucket);
+  }
+  CHECK(!with([](Settings& s) { s.database = "", s.blobs = "s3://bucket"; }).ok());
+  CHECK(!with([](Settings& s) { s.s3_endpoint = "127.0.0.1:9000"; }).ok());
+  CHECK(!with([](Settings& s) { s.s3_region = ""; }).ok());
+  CHECK(!with([](Settings& s) { s.heartbeat_ms = 0; }).ok());
+  CHECK(!with([](Settings& s) { s.heartbeat_ms = 1000, s.lease_ms = 1999; }).ok());
+  CHECK(!with([](Settings& s) { s.lease_ms = ~std::uint64_t{0}; }).ok());
+  CHECK(!with([](Settings& s) { s.max_batch_pairs = 0; }).ok());
+  CHECK(!with([](Settings& s) { s.max_batch_pairs = 1'000'000; }).ok());
+}
+
+TEST_CASE("settings: a message about a connection string does not show it") {
+  Settings settings;
+  settings.database = "host=one password=a secret";
+  const auto refused = checked(settings);
+  REQUIRE(!refused.ok());
+  CHECK(refused.error().message.find("--database must be") != std::string::npos);
+  CHECK(refused.error().message.find("secret") == std::string::npos);
+}
