@@ -115,7 +115,7 @@ class Comparisons(ServerCase):
         self.refused(self.server.get("/v1"), 404, "not-found")
         self.refused(self.server.get("/v1/comparisons/"), 404, "not-found")
         self.refused(self.server.get("/%2e%2e/etc/passwd"), 404, "not-found")
-        self.assertEqual(self.server.get("/v1/comparisons").headers["allow"], "POST")
+        self.assertEqual(self.server.get("/v1/comparisons", "DELETE").headers["allow"], "POST, GET, HEAD")
         self.refused(self.server.get("/healthz", "DELETE"), 405, "method-not-allowed")
         self.refused(self.server.get("*", "OPTIONS"), 404, "not-found")
         self.assertEqual(self.server.get("/healthz", "OPTIONS").headers["allow"], "GET, HEAD")

@@ -1,6 +1,5 @@
 // Files of a batch, from their arrival until the batch is stored.
 #include "server/handlers/batch_receiver.h"
-#include "server/main/checked.h"
 
 #include <sys/socket.h>
 #include <unistd.h>
@@ -11,6 +10,7 @@
 
 #include <doctest/doctest.h>
 
+#include "server/main/checked.h"
 #include "tests/server/store/implementations.h"
 
 using namespace meshgauge;

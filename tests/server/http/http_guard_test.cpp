@@ -1,6 +1,5 @@
 // The guard between clients and handlers: responses that fail, and requests at shutdown.
 #include "server/http/http_guard.h"
-#include "server/main/checked.h"
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
@@ -18,9 +17,12 @@
 
 #include <doctest/doctest.h>
 
+#include "api/descriptor.h"
+#include "server/main/checked.h"
 #include "tests/eventually.h"
 
 using namespace meshgauge::server;
+using meshgauge::Descriptor;
 using meshgauge::eventually;
 using namespace std::chrono_literals;
 
