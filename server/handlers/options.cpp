@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/request.h"
+#include "server/http/parameters.h"
 
 namespace meshgauge::server {
 
@@ -20,6 +21,11 @@ std::optional<api::Problem> add_piece(std::string& text, std::string_view piece)
 
 void read_options(Exchange& exchange, const Settings& settings) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  std::string_view type = exchange.head.header("content-type");
+  if (take_kind(type) != "application/json") {
+    constexpr const char* kWanted = "Content-Type must be application/json, the options of a comparison";
+    return answer(exchange, api::Problem{api::ProblemKind::unsupported_media_type, kWanted, {}});
+  }
   const auto text = std::make_shared<std::string>();
   exchange.body.read([text](std::string_view piece) { return add_piece(*text, piece); },
                      [&exchange, text, limits = request_limits(settings)](const auto& lost) {

@@ -109,6 +109,22 @@ class Comparisons(ServerCase):
             connection.sendall(post_head(1 << 40, "Expect: 100-continue\r\n"))
             self.assertTrue(connection.makefile("rb").readline().startswith(b"HTTP/1.1 413 "))
 
+    def test_options_alone(self):
+        def read(text, kind="application/json"):
+            return self.server.send("POST", "/v1/options", text, "Content-Type: %s\r\n" % kind)
+        answer = read(b'{"max_distance": "0.5 %", "timeout": "2 min", "direction": "candidate_to_baseline"}')
+        self.assertEqual(answer.status, 200, answer.body)
+        self.assertEqual(answer.json(), {"direction": "a_to_b", "strategy": "auto", "timeout_ms": 120_000,
+                                         "gate": {"max_distance": 0.005, "units": "diagonal", "narrow": True},
+                                         "tolerance": {"diagonal": 1e-9}})
+        self.assertEqual(read(answer.body).json(), answer.json())
+        wrong = self.refused(read(b'{"max_distance": "x", "threads": 65, "colour": 1}'), 422, "invalid-request")
+        self.assertCountEqual([one["where"] for one in wrong["errors"]], ["/max_distance", "/threads", "/colour"])
+        self.refused(read(b"{"), 422, "invalid-request")
+        self.refused(read(b" " * (1 << 16) + b"{}"), 413, "too-large")
+        self.refused(read(b"{}", "text/plain"), 415, "unsupported-media-type")  # as a foreign page's form could send
+        self.refused(self.server.send("POST", "/v1/options?x", b"{}"), 400, "malformed-request")
+
     def test_other_paths_and_methods(self):
         self.assertEqual(self.server.get("/").status, 200)
         self.assertEqual(self.server.get("/healthz", "HEAD").status, 200)

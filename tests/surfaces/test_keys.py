@@ -25,7 +25,7 @@ PARTS = {"tolerance": ("--absolute", "--diagonal", "--relative"), "areas": ("--b
 class Keys(ServerCase):
     def table(self):
         """The reader's own list: what it says of an option that there is not."""
-        answer = self.server.send("POST", "/v1/options", json.dumps({"?": 1}).encode())
+        answer = self.server.send("POST", "/v1/options", json.dumps({"?": 1}).encode(), "Content-Type: application/json\r\n")
         return set(re.search(r"known: (.*)", answer.json()["errors"][0]["message"])[1].split(", "))
 
     def test_the_description_of_the_api(self):

@@ -111,7 +111,7 @@ class Surfaces(ServerCase):
         return self.server.compare(self.a.read_bytes(), self.b.read_bytes(), json.dumps(request).encode())
 
     def options(self, request):
-        return self.server.send("POST", "/v1/options", json.dumps(request).encode())
+        return self.server.send("POST", "/v1/options", json.dumps(request).encode(), "Content-Type: application/json\r\n")
 
     def manifest(self, requests, *flags):
         """The report on a manifest with these gates, and what the terminal says."""

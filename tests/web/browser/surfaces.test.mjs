@@ -75,7 +75,7 @@ async function byThePage(walk, request) {
 }
 
 async function directly(request) {
-  const answer = await fetch(`${place.service.origin}/v1/options`, { method: "POST", body: JSON.stringify(gated(request)) });
+  const answer = await fetch(`${place.service.origin}/v1/options`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(gated(request)) });
   return { status: answer.status, document: await answer.json() };
 }
 

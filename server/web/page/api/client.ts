@@ -139,7 +139,8 @@ export class Client {
 
   /** Lets the service read options before meshes are sent: throws what it finds wrong. */
   async read(options: StoredPair["options"], signal?: AbortSignal): Promise<void> {
-    await this.sendWithRetries("/v1/options", { method: "POST", body: JSON.stringify(options), signal, doing: "asking about the settings" });
+    const headers = { "Content-Type": "application/json" };
+    await this.sendWithRetries("/v1/options", { method: "POST", body: JSON.stringify(options), headers, signal, doing: "asking about the settings" });
   }
 
   /** Cancels a comparison; nothing happens to one that has ended. */
