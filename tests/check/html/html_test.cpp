@@ -200,8 +200,8 @@ TEST_CASE("an expectation that is not met has a row, and so has the distance tha
                           {"triangles", api::Verdict::pass, "12", "at most 20"}};
   const std::string page = to_html(samples::report_of({outcome}), {});
   CHECK(page.find("<tr class=\"gate criterion fail\"><td><span class=\"badge pass\">") != std::string::npos);
-  CHECK(page.find("watertight</th><td class=\"number\">no: 4 open edges</td><td class=\"number limit "
-                  "expected\">expected yes<") != std::string::npos);
+  CHECK(page.find("watertight</th><td class=\"number words\">no: 4 open edges</td><td class=\"number limit "
+                  "expected words\">expected yes<") != std::string::npos);
   CHECK(between(page, "<nav", "</nav>").find("triangles</th>") == std::string::npos);
 }
 
