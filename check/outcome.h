@@ -90,7 +90,6 @@ api::ResultFacts facts_of(const Measured& measured);
 struct PastCriterion {
   std::optional<double> lower, upper;  // nullopt: the baseline has no sides, or no finite upper bound
   double limit = 0;
-  double uncertainty = 0;
 };
 
 // The result of a gate in one run; lengths in `unit`.

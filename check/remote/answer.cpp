@@ -158,10 +158,9 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked) {
     const auto found = json.find(member);
     return found == json.end() ? wanted.is_null() : *found == wanted;
   };
-  Json limits = api::gate_of(asked);
-  if (limits.is_object()) limits.erase("units");  // has_units_of()
-  for (const auto& [name, limit] : limits.items()) {
-    if (!has(*gate, name.c_str(), limit)) return false;
+  const Json limits = api::gate_of(asked);  // of which none may have been left out, and none added
+  for (const char* name : {"max_distance", "max_share_beyond", "zone", "uncertainty"}) {
+    if (!has(*gate, name, limits.is_object() ? limits.value(name, Json()) : Json())) return false;
   }
   return has_regions(comparison, asked.regions) &&
          has(comparison, "expect", asked.expect.any() ? api::json_of(asked.expect) : Json());

@@ -48,8 +48,7 @@ std::map<std::string, PastCriterion> criteria_of(const Json& line) {
   if (all == line.end() || !all->is_array()) return criteria;
   for (const Json& found : *all) {
     if (!found.is_object() || text(found, "name").empty() || !length(found, "limit")) continue;
-    criteria[text(found, "name")] = {length(found, "lower"), length(found, "upper"), *length(found, "limit"),
-                                     length(found, "uncertainty").value_or(0)};
+    criteria[text(found, "name")] = {length(found, "lower"), length(found, "upper"), *length(found, "limit")};
   }
   return criteria;
 }
@@ -62,9 +61,9 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   const auto* verdict =
       std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](Verdict v) { return to_string(v) == name; });
   if (verdict == kVerdicts.end()) return std::nullopt;
-  return std::pair(text(json, "gate"),
-                   PastRun{text(json, "commit"), *verdict, length(json, "lower"), length(json, "upper"),
-                           length(json, "limit"), text(json, "unit"), 0, criteria_of(json)});
+  return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
+                                               length(json, "upper"), length(json, "limit"), text(json, "unit"),
+                                               length(json, "uncertainty").value_or(0), criteria_of(json)});
 }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
@@ -78,6 +77,7 @@ Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& 
             {"upper", or_null(run.upper)},
             {"limit", or_null(run.limit)},
             {"unit", text_or_null(run.unit)}};
+  if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
   json["criteria"] = json_of(run.criteria);
   return json;
 }
@@ -89,14 +89,21 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   run.lower = outcome.measured->lower;
   run.upper = finite(outcome.measured->upper);
   for (const Criterion& c : outcome.measured->criteria) {
-    run.criteria[c.name] = {c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit,
-                            c.uncertainty};
+    run.criteria[c.name] = {c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit};
     if (c.of == Criterion::Of::distance && c.side.empty() && !c.is_of_region()) run.limit = c.limit;
   }
+  run.uncertainty = outcome.measured->criteria.front().uncertainty;
   return run;
 }
 
-// The run of this criterion alone, with its verdict.
+// The run with the verdict of its own interval and limit.
+PastRun judged(PastRun run) {
+  if (run.lower && run.limit)
+    run.verdict = verdict_of(*run.lower, run.upper.value_or(INFINITY), *run.limit, run.uncertainty);
+  return run;
+}
+
+// The run of this criterion alone.
 PastRun run_of(PastRun run, const Criterion& of) {
   const auto found = run.criteria.find(of.name);
   run.lower = run.upper = run.limit = std::nullopt;
@@ -106,9 +113,8 @@ PastRun run_of(PastRun run, const Criterion& of) {
   run.lower = scaled(found->second.lower);
   run.upper = scaled(found->second.upper);
   run.limit = scale * found->second.limit;
-  run.uncertainty = of.beyond ? 0 : found->second.uncertainty;
-  if (run.lower) run.verdict = verdict_of(*run.lower, run.upper.value_or(INFINITY), *run.limit, run.uncertainty);
-  return run;
+  if (of.beyond) run.uncertainty = 0;
+  return judged(std::move(run));
 }
 
 void add(std::vector<PastRun>& runs, PastRun run) {
@@ -153,7 +159,6 @@ Json json_of(const std::map<std::string, PastCriterion>& criteria) {
   for (const auto& [name, past] : criteria) {
     json.push_back(
         {{"name", name}, {"lower", or_null(past.lower)}, {"upper", or_null(past.upper)}, {"limit", past.limit}});
-    if (past.uncertainty > 0) json.back()["uncertainty"] = past.uncertainty;
   }
   return json;
 }
@@ -167,8 +172,12 @@ std::string commit_of_pipeline() {
 }
 
 std::vector<Chart> charts_of(const GateOutcome& outcome) {
-  if (!outcome.measured) return {{"the distance", outcome.unit(), outcome.history}};
   std::vector<Chart> charts;
+  if (!outcome.measured) {
+    Chart& chart = charts.emplace_back(Chart{"the distance", outcome.unit(), {}});
+    for (const PastRun& run : outcome.history) chart.runs.push_back(judged(run));
+    return charts;
+  }
   for (const Criterion& c : outcome.measured->criteria) {
     Chart& chart = charts.emplace_back(Chart{"the " + c.name, outcome.unit(), {}});
     if (c.beyond) chart = {"the area farther than " + api::with_unit(to_digits(*c.beyond, 6), outcome.unit()), "%", {}};

@@ -29,7 +29,7 @@ class History {
   std::map<std::string, std::vector<PastRun>, std::less<>> runs_;  // by the name of the gate, the newest at the end
 };
 
-// name, lower and upper bound, null where not known, limit, and an uncertainty that is not 0.
+// Name, lower and upper bound, null where not known, and limit of each.
 nlohmann::ordered_json json_of(const std::map<std::string, PastCriterion>& criteria);
 
 // Returns what a pipeline says it measures: MESHGAUGE_COMMIT, GITHUB_SHA, CI_COMMIT_SHA or GIT_COMMIT, the first of

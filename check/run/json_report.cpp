@@ -81,6 +81,7 @@ Json json_of(const std::vector<PastRun>& runs) {
                     {"limit", or_null(run.limit)},
                     {"unit", or_null(run.unit)},
                     {"criteria", json_of(run.criteria)}});
+    if (run.uncertainty > 0) json.back()["uncertainty"] = run.uncertainty;
   }
   return json;
 }

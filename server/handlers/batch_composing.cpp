@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "api/digest.h"
-#include "server/work/equal_work.h"
-#include "server/work/mesh_source.h"
+#include "server/measure/equal_work.h"
+#include "server/measure/mesh_source.h"
 
 namespace meshgauge::server {
 namespace {

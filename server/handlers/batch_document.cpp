@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "api/json_of.h"
+#include "server/measure/job_document.h"
 #include "server/web/pages.h"
-#include "server/work/job_document.h"
 
 namespace meshgauge::server {
 namespace {

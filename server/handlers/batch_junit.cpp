@@ -11,7 +11,7 @@
 #include "api/junit.h"
 #include "api/result_document.h"
 #include "server/handlers/batch_document.h"
-#include "server/work/job_document.h"
+#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {

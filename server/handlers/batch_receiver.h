@@ -15,8 +15,8 @@
 #include "server/http/exchange.h"
 #include "server/http/multipart.h"
 #include "server/http/upload.h"
+#include "server/measure/kept_blobs.h"
 #include "server/settings/settings.h"
-#include "server/work/kept_blobs.h"
 
 namespace meshgauge::server {
 

@@ -15,7 +15,7 @@
 #include "server/http/idempotency.h"
 #include "server/http/multipart.h"
 #include "server/http/parameters.h"
-#include "server/work/job_document.h"
+#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {

@@ -10,9 +10,9 @@
 #include "server/handlers/meshes.h"
 #include "server/http/query.h"
 #include "server/http/text.h"
+#include "server/measure/job_document.h"
+#include "server/measure/kept_blobs.h"
 #include "server/web/pages.h"
-#include "server/work/job_document.h"
-#include "server/work/kept_blobs.h"
 
 namespace meshgauge::server {
 namespace {
@@ -57,10 +57,6 @@ std::variant<Page, Problem> read_page(const Exchange& exchange) {
   if (refusal) return *std::move(refusal);
   return page;
 }
-
-const std::string& id_of(const store::MeshRow& row) { return row.key.id; }
-const std::string& id_of(const store::ListedJob& row) { return row.key.id; }
-const std::string& id_of(const store::ListedBatch& row) { return row.key.id; }
 
 Json json_of_row(const store::MeshRow& row) { return mesh_json(row); }
 
@@ -120,7 +116,7 @@ void Listings::list(Exchange& exchange, const char* name, List<Row> of,
   if (more) rows->pop_back();
   Json json{{name, Json::array()}, {"next", nullptr}, {"used", std::move(*sums)}};
   for (const Row& row : *rows) json[name].push_back(json_of_row(row));
-  if (more) json["next"] = text_of({rows->back().created, id_of(rows->back())});
+  if (more) json["next"] = text_of({rows->back().created, rows->back().key.id});
   exchange.response.content_type = "application/json";
   exchange.response.body = json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -131,7 +127,7 @@ void Listings::meshes(Exchange& exchange) {
 
 // What has just ended may not be in the database yet; if it cannot be written now, the list is without it.
 void Listings::comparisons(Exchange& exchange) {
-  static_cast<void>(stores_.jobs.flush());
+  if (access_.has_keys()) static_cast<void>(stores_.jobs.flush());
   list(exchange, "comparisons", &store::Listings::list_jobs, &Listings::comparisons_used);
 }
 

@@ -11,8 +11,8 @@
 #include "api/json_of.h"
 #include "server/access/access.h"
 #include "server/http/exchange.h"
+#include "server/measure/stores.h"
 #include "server/settings/settings.h"
-#include "server/work/stores.h"
 
 namespace meshgauge::server {
 

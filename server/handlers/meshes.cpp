@@ -8,7 +8,7 @@
 #include "api/request.h"
 #include "server/access/entrance.h"
 #include "server/http/parameters.h"
-#include "server/work/job_document.h"
+#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {

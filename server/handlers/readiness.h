@@ -11,8 +11,8 @@
 
 #include "server/http/exchange.h"
 #include "server/http/router.h"
+#include "server/measure/stores.h"
 #include "server/observe/metrics.h"
-#include "server/work/stores.h"
 
 namespace meshgauge::server {
 

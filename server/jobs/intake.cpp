@@ -6,7 +6,7 @@
 
 #include "api/digest.h"
 #include "server/jobs/jobs.h"
-#include "server/work/revived.h"
+#include "server/measure/revived.h"
 
 namespace meshgauge::server {
 namespace {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <thread>
 
+#include "server/measure/store_errors.h"
 #include "server/store/job_store.h"
-#include "server/work/store_errors.h"
 
 namespace meshgauge::server {
 

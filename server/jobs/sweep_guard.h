@@ -6,8 +6,8 @@
 #include <functional>
 #include <optional>
 
-#include "server/work/store_errors.h"
-#include "server/work/stores.h"
+#include "server/measure/store_errors.h"
+#include "server/measure/stores.h"
 
 namespace meshgauge::server {
 

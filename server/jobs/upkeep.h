@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "server/jobs/sweep_guard.h"
+#include "server/measure/kept_blobs.h"
+#include "server/measure/store_errors.h"
+#include "server/measure/stores.h"
 #include "server/settings/settings.h"
-#include "server/work/kept_blobs.h"
-#include "server/work/store_errors.h"
-#include "server/work/stores.h"
 
 namespace meshgauge::server {
 

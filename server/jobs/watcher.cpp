@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "server/base/heap.h"
-#include "server/work/job_document.h"
+#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {

@@ -17,11 +17,11 @@
 #include <thread>
 #include <vector>
 
+#include "server/measure/live_job.h"
+#include "server/measure/store_errors.h"
 #include "server/observe/metrics.h"
 #include "server/store/job_store.h"
 #include "server/store/signals.h"
-#include "server/work/live_job.h"
-#include "server/work/store_errors.h"
 
 namespace meshgauge::server {
 

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "engine/result.h"
+#include "server/measure/stores.h"
 #include "server/settings/settings.h"
 #include "server/store/forms/stores.h"
-#include "server/work/stores.h"
 
 namespace meshgauge::server {
 

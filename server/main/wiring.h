@@ -12,11 +12,11 @@
 #include "server/access/origin_check.h"
 #include "server/http/http_guard.h"
 #include "server/http/tls.h"
+#include "server/measure/measuring.h"
+#include "server/measure/mesh_cache.h"
 #include "server/observe/metrics.h"
 #include "server/sandbox/pool.h"
 #include "server/settings/settings.h"
-#include "server/work/measuring.h"
-#include "server/work/mesh_cache.h"
 
 namespace meshgauge::server {
 

@@ -13,7 +13,7 @@
 #include "engine/control.h"
 #include "server/jobs/jobs.h"
 #include "server/maps/map_query.h"
-#include "server/work/map_cache.h"
+#include "server/measure/map_cache.h"
 
 namespace meshgauge::server {
 

@@ -3,7 +3,7 @@
 //   lock         locked by the process that uses the folder; contains its process number
 //   jobs.sqlite  jobs, results, rows of meshes (sqlite_store.h); with -wal and -shm beside it
 //   blobs/       the bytes of meshes (file_blobs.h)
-//   maps/        deviation maps, a cache (server/work/map_cache.h)
+//   maps/        deviation maps, a cache (server/measure/map_cache.h)
 //   reserve      room on the disk for removals (reserve.h)
 #pragma once
 

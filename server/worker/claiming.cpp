@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "server/base/heap.h"
-#include "server/work/revived.h"
+#include "server/measure/revived.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <optional>
 
+#include "server/measure/live_job.h"
 #include "server/store/job_store.h"
-#include "server/work/live_job.h"
 
 namespace meshgauge::server {
 

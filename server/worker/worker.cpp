@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "api/load.h"
+#include "server/measure/equal_work.h"
+#include "server/measure/kept_blobs.h"
 #include "server/observe/log.h"
-#include "server/work/equal_work.h"
-#include "server/work/kept_blobs.h"
 
 namespace meshgauge::server {
 namespace {

@@ -22,7 +22,7 @@
 
 #include "api/compare.h"
 #include "api/digest.h"
-#include "server/work/mesh_cache.h"
+#include "server/measure/mesh_cache.h"
 #include "shapes.h"
 
 namespace {

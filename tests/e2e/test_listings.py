@@ -1,28 +1,14 @@
 """What a key has in the service, listed page by page."""
 
 import json
-import tempfile
 import unittest
-from pathlib import Path
 
-from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until
-from keys import bearer, new_key, write_keys
+from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, ServerCase, until
+from keys import TwoKeys, bearer
 from test_meshes import JSON, OVERHEAD, id_of, path_of
 
 
-class Lists(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.mine, first = new_key("mine", max_storage_bytes=1_000_000, max_jobs=1)
-        self.theirs, second = new_key("theirs")
-        write_keys(Path(folder.name) / "keys.json", first, second)
-        self.server = Server("--keys-file", folder.name + "/keys.json", "--workers", "2")
-        self.addCleanup(self.server.stop)
-
-    def send(self, token, method, path, body=b"", extra=""):
-        return self.server.send(method, path, body, extra + bearer(token))
-
+class Lists(TwoKeys):
     def pages(self, token, path, name, limit):
         """Every entry of a list, from page to page."""
         entries, query = [], "?limit=%d" % limit

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from harness import (RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, flat_grid, post_head, read_answer, until,
                      wavy_grid)
-from keys import bearer, new_key, write_keys
+from keys import TwoKeys, bearer
 
 JSON = "Content-Type: application/json\r\n"
 
@@ -282,19 +282,7 @@ class Limits(unittest.TestCase):
             self.assertEqual(server.send("POST", "/v1/meshes", b"#" * size).status, 413)
 
 
-class Owners(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.mine, first = new_key("mine", max_storage_bytes=1_000_000, max_jobs=1)
-        self.theirs, second = new_key("theirs")
-        write_keys(Path(folder.name) / "keys.json", first, second)
-        self.server = Server("--keys-file", folder.name + "/keys.json", "--workers", "2")
-        self.addCleanup(self.server.stop)
-
-    def send(self, token, method, path, body=b"", extra=""):
-        return self.server.send(method, path, body, extra + bearer(token))
-
+class Owners(TwoKeys):
     def test_meshes(self):
         self.assertEqual(self.send(self.mine, "PUT", path_of(SQUARE), SQUARE).status, 201)
         missing = self.send(self.theirs, "GET", "/v1/meshes/" + "0" * 64)

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "api/prepared_mesh.h"
-#include "server/work/mesh_source.h"
+#include "server/measure/mesh_source.h"
 
 namespace meshgauge::server {
 

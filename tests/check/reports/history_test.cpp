@@ -102,9 +102,9 @@ TEST_CASE("history: each side of a zone has a chart, and the uncertainty is kept
     REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
   }
   const std::string lines = folder.read("history.jsonl");
-  CHECK(lines.find("\"criteria\":[{\"name\":\"distance inside\",\"lower\":0.06,\"upper\":0.07,\"limit\":0.05,"
-                   "\"uncertainty\":0.01},{\"name\":\"distance outside\",\"lower\":0.01,\"upper\":null,\"limit\":0.1,"
-                   "\"uncertainty\":0.01}]}") != std::string::npos);
+  CHECK(lines.find("\"uncertainty\":0.01,\"criteria\":[{\"name\":\"distance inside\",\"lower\":0.06,\"upper\":0.07,"
+                   "\"limit\":0.05},{\"name\":\"distance outside\",\"lower\":0.01,\"upper\":null,\"limit\":0.1}]}") !=
+        std::string::npos);
   CHECK(lines.find("{\"name\":\"distance inside\",\"lower\":null,\"upper\":null,\"limit\":0.05") != std::string::npos);
   const auto charts = charts_of(report.outcomes[0]);
   REQUIRE(charts.size() == 2);

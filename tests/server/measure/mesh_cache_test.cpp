@@ -1,4 +1,4 @@
-#include "server/work/mesh_cache.h"
+#include "server/measure/mesh_cache.h"
 
 #include <malloc.h>
 

@@ -1,4 +1,4 @@
-#include "server/work/live_job.h"
+#include "server/measure/live_job.h"
 
 #include <utility>
 

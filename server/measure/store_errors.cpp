@@ -1,4 +1,4 @@
-#include "server/work/store_errors.h"
+#include "server/measure/store_errors.h"
 
 #include "server/observe/log.h"
 

@@ -1,4 +1,4 @@
-#include "server/work/job_document.h"
+#include "server/measure/job_document.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "server/work/file_buffer.h"
+#include "server/measure/file_buffer.h"
 
 #include <unistd.h>
 

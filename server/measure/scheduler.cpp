@@ -1,4 +1,4 @@
-#include "server/work/scheduler.h"
+#include "server/measure/scheduler.h"
 
 #include <sys/resource.h>
 #include <unistd.h>

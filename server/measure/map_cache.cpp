@@ -1,4 +1,4 @@
-#include "server/work/map_cache.h"
+#include "server/measure/map_cache.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -13,10 +13,10 @@
 #include "api/descriptor.h"
 #include "api/digest.h"
 #include "server/http/upload.h"
+#include "server/measure/file_buffer.h"
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
 #include "server/store/rights.h"
-#include "server/work/file_buffer.h"
 
 namespace meshgauge::server {
 namespace {

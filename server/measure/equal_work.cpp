@@ -1,4 +1,4 @@
-#include "server/work/equal_work.h"
+#include "server/measure/equal_work.h"
 
 #include <span>
 

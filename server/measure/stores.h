@@ -1,14 +1,14 @@
 // The stores and caches of a service, for its handlers.
 #pragma once
 
+#include "server/measure/map_cache.h"
+#include "server/measure/mesh_cache.h"
 #include "server/store/batch_store.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
 #include "server/store/listings.h"
 #include "server/store/mesh_index.h"
 #include "server/store/signals.h"
-#include "server/work/map_cache.h"
-#include "server/work/mesh_cache.h"
 
 namespace meshgauge::server {
 

@@ -7,8 +7,8 @@
 
 #include "api/load.h"
 #include "server/http/bundle.h"
+#include "server/measure/mesh_cache.h"
 #include "server/store/blob_store.h"
-#include "server/work/mesh_cache.h"
 
 namespace meshgauge::server {
 

@@ -1,4 +1,4 @@
-#include "server/work/memory_budget.h"
+#include "server/measure/memory_budget.h"
 
 #include <algorithm>
 #include <chrono>

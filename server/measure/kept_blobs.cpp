@@ -1,4 +1,4 @@
-#include "server/work/kept_blobs.h"
+#include "server/measure/kept_blobs.h"
 
 #include <chrono>
 #include <optional>

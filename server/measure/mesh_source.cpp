@@ -1,4 +1,4 @@
-#include "server/work/mesh_source.h"
+#include "server/measure/mesh_source.h"
 
 #include <algorithm>
 #include <utility>

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "api/problem.h"
-#include "server/work/live_job.h"
+#include "server/measure/live_job.h"
 
 namespace meshgauge::server {
 

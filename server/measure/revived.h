@@ -3,10 +3,10 @@
 
 #include <memory>
 
+#include "server/measure/live_job.h"
 #include "server/settings/settings.h"
 #include "server/store/blob_store.h"
 #include "server/store/mesh_index.h"
-#include "server/work/live_job.h"
 
 namespace meshgauge::server {
 

@@ -5,12 +5,12 @@
 #include <memory>
 
 #include "api/compare.h"
+#include "server/measure/live_job.h"
+#include "server/measure/memory_budget.h"
+#include "server/measure/thread_budget.h"
 #include "server/observe/metrics.h"
 #include "server/settings/settings.h"
 #include "server/store/job_store.h"
-#include "server/work/live_job.h"
-#include "server/work/memory_budget.h"
-#include "server/work/thread_budget.h"
 
 namespace meshgauge::server {
 

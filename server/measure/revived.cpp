@@ -1,4 +1,4 @@
-#include "server/work/revived.h"
+#include "server/measure/revived.h"
 
 #include <algorithm>
 #include <array>

@@ -7,8 +7,8 @@
 #include <variant>
 
 #include "server/access/access.h"
-#include "server/work/store_errors.h"
-#include "server/work/stores.h"
+#include "server/measure/store_errors.h"
+#include "server/measure/stores.h"
 
 namespace meshgauge::server {
 

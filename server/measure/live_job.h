@@ -17,9 +17,9 @@
 #include "engine/control.h"
 #include "server/access/access.h"
 #include "server/http/exchange.h"
+#include "server/measure/mesh_source.h"
+#include "server/measure/scheduler.h"
 #include "server/store/job_store.h"
-#include "server/work/mesh_source.h"
-#include "server/work/scheduler.h"
 
 namespace meshgauge::server {
 

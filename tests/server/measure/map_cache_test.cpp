@@ -1,4 +1,4 @@
-#include "server/work/map_cache.h"
+#include "server/measure/map_cache.h"
 #include "server/maps/spare_room.h"
 
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "server/work/scheduler.h"
+#include "server/measure/scheduler.h"
 
 #include <atomic>
 #include <future>

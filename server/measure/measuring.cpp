@@ -1,4 +1,4 @@
-#include "server/work/measuring.h"
+#include "server/measure/measuring.h"
 
 #include <exception>
 #include <new>
@@ -9,8 +9,8 @@
 #include "api/problem.h"
 #include "api/response.h"
 #include "server/base/heap.h"
+#include "server/measure/job_document.h"
 #include "server/observe/log.h"
-#include "server/work/job_document.h"
 
 namespace meshgauge::server {
 namespace {
