@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tempfile
 import threading
 import unittest
 from concurrent.futures import ThreadPoolExecutor
