@@ -27,7 +27,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{50};
+constexpr milliseconds kLook{50};
 constexpr std::size_t kOpeners = 4;  // these threads wait for the network, not for a processor
 
 // Unique, also among past and future processes; begins with the name of the machine, for operators.
@@ -45,7 +45,7 @@ WorkerOptions options_of(const Settings& settings) {
   options.openers = kOpeners;
   options.ended = [how = settings.log_requests](const JobView& job) {
     const bool failed = job.row.state == store::JobState::failed;
-    if (how == "all" || (how == "problems" && failed)) log_job(job);
+    if (how == "all" || (how == "problems" && failed)) log_job(job.row, job.triangles, job.stages);
   };
   return options;
 }
@@ -91,7 +91,7 @@ void watch_levels(Metrics& metrics, const Settings& settings, const Worker& work
 void leave(Worker& worker, milliseconds grace) {
   worker.drain();
   const auto end = Clock::now() + grace;
-  while (worker.held() > 0 && Clock::now() < end && wait_for_signal(kTick) != Signal::end) continue;
+  while (worker.held() > 0 && Clock::now() < end && wait_for_signal(kLook) != Signal::end) continue;
   worker.stop();
 }
 
@@ -149,7 +149,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   log_event("memory", memory_text(settings));
   for (Signal signal = Signal::none; status.listening() && signal != Signal::end;) {
-    signal = wait_for_signal(kTick);
+    signal = wait_for_signal(kLook);
     if (signal == Signal::reload) reload_secrets(access, tls);
   }
   const bool failed = !status.listening();  // the process ends, so that its supervisor restarts it

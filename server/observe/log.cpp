@@ -119,8 +119,8 @@ void log_request(const Exchange& exchange, double seconds) {
 }
 
 // The trace is the client's, so that it continues from the front end that accepted the job to the worker that ran it.
-std::string job_line(const JobView& job) {
-  const store::Job& row = job.row;
+std::string job_line(const store::Job& row, const std::optional<MeshSizes>& triangles,
+                     const std::vector<api::Stage>& stages) {
   JsonLine line = begin("job");
   line.add("id", row.key.id);
   if (!row.key.owner.empty()) line.add("key", row.key.owner);
@@ -134,13 +134,13 @@ std::string job_line(const JobView& job) {
   }
   if (!row.problem.empty()) line.add("problem", problem_type_of(row));
   if (!row.verdict.empty()) line.add("verdict", row.verdict);
-  if (const auto& triangles = job.triangles) add_triangles(line, *triangles);
-  if (!job.stages.empty()) add_stages(line, job.stages);
+  if (triangles) add_triangles(line, *triangles);
+  if (!stages.empty()) add_stages(line, stages);
   return std::move(line).finish();
 }
 
-void log_job(const JobView& job) {
-  write_line([&] { return job_line(job); });
+void log_job(const store::Job& row, const std::optional<MeshSizes>& triangles, const std::vector<api::Stage>& stages) {
+  write_line([&] { return job_line(row, triangles, stages); });
 }
 
 void log_listening(const std::string& address, const std::string& simd) {

@@ -4,18 +4,21 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "server/http/exchange.h"
+#include "server/store/job_store.h"
 
 namespace meshgauge::server {
 
-struct JobView;
-
-void log_request(const Exchange& exchange, double seconds);               // `seconds`: duration of the request
-std::string request_line(const Exchange& exchange, double seconds);       // the line of log_request()
-void log_job(const JobView& job);                                         // precondition: the job has ended
-std::string job_line(const JobView& job);                                 // the line of log_job()
+void log_request(const Exchange& exchange, double seconds);          // `seconds`: duration of the request
+std::string request_line(const Exchange& exchange, double seconds);  // the line of log_request()
+// Precondition: the job has ended. `triangles` of its meshes; nullopt: not known.
+void log_job(const store::Job& row, const std::optional<MeshSizes>& triangles, const std::vector<api::Stage>& stages);
+std::string job_line(const store::Job& row, const std::optional<MeshSizes>& triangles,
+                     const std::vector<api::Stage>& stages);              // the line of log_job()
 void log_listening(const std::string& address, const std::string& simd);  // `simd`: the instruction set in use
 void log_event(const std::string& event, const std::string& detail);
 std::uint64_t log_lines_dropped();  // since the start
