@@ -121,6 +121,14 @@ class Surfaces(ServerCase):
         run = subprocess.run([BINARY, "check", file, "--json", *flags], capture_output=True, text=True, env=ENVIRONMENT)
         return (json.loads(run.stdout)["gates"] if run.stdout else []), run.stderr
 
+    def errors_of(self, mistakes):
+        """For each of these requests, what a manifest of fifty says of it (it names a hundred mistakes at most)."""
+        found = [[] for _ in mistakes]
+        for first in range(0, len(mistakes), 50):
+            for gate in self.manifest(mistakes[first:first + 50])[0]:
+                found[first + gate["manifest"]["line"] - 3].append(said(gate["error"]["message"]))
+        return [sorted(messages) for messages in found]
+
     def by_flags(self, request):
         flags = flags_of(request)
         return flags and subprocess.run([BINARY, "compare", self.a, self.b, "--json", *flags], capture_output=True, text=True, env=ENVIRONMENT)
@@ -153,14 +161,15 @@ class Surfaces(ServerCase):
 
     def test_what_is_wrong(self):
         by_flags = 0
-        for request in rows.mistakes():
+        mistakes = rows.mistakes()
+        by_manifest = self.errors_of(mistakes)
+        for row, request in enumerate(mistakes):
             with self.subTest(request):
                 answer = self.http(request)
                 self.assertEqual(answer.status, 422, answer.body)
                 wrong = sorted(said(one["message"]) for one in answer.json()["errors"])
                 self.assertEqual(self.options(request).body, answer.body)
-                gates, _ = self.manifest([request])
-                self.assertEqual(sorted(said(gate["error"]["message"]) for gate in gates), wrong)
+                self.assertEqual(by_manifest[row] or [said(gate["error"]["message"]) for gate in self.manifest([request])[0]], wrong)
                 if not is_own_of_python(request):
                     with self.assertRaises(meshgauge.InputError) as caught:
                         meshgauge.compare(self.a, self.b, **request)
