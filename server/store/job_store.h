@@ -5,8 +5,8 @@
 //      +---hand_back-----+   (recover: the same for jobs whose worker is dead)
 //
 // Fencing: a claim hands out a token (worker, tries). Every write of a worker names its token, and is stored only while
-// the token is the newest: a worker that was taken for dead and comes back changes nothing. docs/structure.md has the
-// table of states and events.
+// the token is the newest: a worker that was taken for dead and comes back changes nothing. README.md has the table of
+// states and events.
 //
 // All calls are thread safe, block for the disk or the database, and are durable when they return (record() and
 // touch_mesh() say otherwise). Errors: storage_full (no room; passes when there is some), storage_unavailable

@@ -1,5 +1,5 @@
 // The transitions of a job, each once for both databases: its guard, a condition on a row of jobs, and its effect, the
-// SET clause of an UPDATE. docs/structure.md has the table of states and events.
+// SET clause of an UPDATE. README.md has the table of states and events.
 //
 // `given` is a row of values that the statement joins to the job; other values are parameters with the numbers below.
 // States are the numbers of JobState: 0 queued, 1 running, 2 done, 3 failed, 4 cancelled. `state + 0` matches no

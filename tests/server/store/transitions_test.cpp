@@ -1,4 +1,4 @@
-// Every event in every state of a job: the table of docs/structure.md, over each store.
+// Every event in every state of a job: the table of server/store/README.md, over each store.
 #include <array>
 #include <functional>
 #include <map>
