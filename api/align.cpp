@@ -26,24 +26,6 @@ Error too_far(const std::string& part) {
 
 }  // namespace
 
-Json json_of(const RigidMotion& motion) {
-  Json rows = Json::array();
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) rows.push_back(motion.rotation(i, k));
-    rows.push_back(motion.translation[i]);
-  }
-  for (const double last : {0, 0, 0, 1}) rows.push_back(last);
-  return {{"row_major", rows}};
-}
-
-Json json_of(const AlignOptions& options) {
-  Json json{{"fit", options.fit}};
-  if (!options.fit || !options.start.is_identity()) json["transform"] = json_of(options.start);
-  if (options.principal_axes) json["principal_axes"] = true;
-  if (options.overlap < 1) json["overlap"] = options.overlap;
-  return json;
-}
-
 Json json_of(const Aligned& aligned, const AlignOptions& asked) {
   const Alignment& found = aligned.found;
   Json json{{"moved", "a"},

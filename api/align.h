@@ -1,4 +1,4 @@
-// Alignment of the candidate before it is measured: its option in JSON, and the mesh in its new pose.
+// Alignment of the candidate before it is measured: its part of the result, and the mesh in its new pose.
 #pragma once
 
 #include <memory>
@@ -7,20 +7,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/write_options.h"
 #include "engine/control.h"
 #include "engine/extras/align/align.h"
 #include "engine/result.h"
 #include "engine/tree/prepared.h"
 
 namespace meshgauge::api {
-
-// The rotation of a given transform may be off orthonormal by this (off_orthonormal()): entries written with six
-// decimals err by 5e-7, which makes 2 sqrt(3) 5e-7 + 3 (5e-7)^2 < 1.8e-6.
-inline constexpr double kMostOffOrthonormal = 4e-6;
-
-// As a request has them.
-nlohmann::ordered_json json_of(const AlignOptions& options);
-nlohmann::ordered_json json_of(const RigidMotion& motion);  // {"row_major": [16 numbers]}
 
 // How the candidate was moved, in the unit of the result.
 struct Aligned {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "api/decimal.h"
+#include "api/figures.h"
 
 namespace meshgauge::api {
 namespace {

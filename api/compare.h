@@ -6,6 +6,8 @@
 //   (-> to_json, api/response.h)
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -14,6 +16,9 @@
 #include "api/formats/format.h"
 #include "api/load.h"
 #include "api/prepared_mesh.h"
+#include "api/unit_plan.h"
+#include "engine/control.h"
+#include "engine/mesh/rigid.h"
 #include "engine/outcome.h"
 #include "engine/result.h"
 
@@ -57,5 +62,16 @@ struct SharedMeshes {
 // may borrow the files. Errors also: the input is refused, or out_of_time while reading.
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
                            const ReadLimits& limits, Control& control, SharedMeshes* meshes = nullptr);
+
+// Both meshes of a comparison in the unit of its result.
+struct MeasuredPair {
+  std::shared_ptr<const Prepared> a;
+  std::shared_ptr<const Prepared> b;
+};
+
+// Converts both meshes to the unit of the result and moves `a` by the motion of its alignment; nullopt: none. Errors:
+// as for in_unit() and moved().
+Result<MeasuredPair> in_unit_of_result(const SharedMesh& a, const SharedMesh& b, const UnitPlan& units,
+                                       const std::optional<RigidMotion>& motion, Control& control);
 
 }  // namespace meshgauge::api

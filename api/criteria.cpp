@@ -6,15 +6,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/area_json.h"
 #include "api/figures.h"
 #include "api/json_of.h"
 #include "api/names.h"
-#include "api/region_json.h"
 #include "api/request.h"
 #include "api/response.h"
 #include "api/result_document.h"
-#include "api/with_unit.h"
 
 namespace meshgauge::api {
 namespace {

@@ -1,5 +1,5 @@
 // A deviation map: a mesh with its distance from the baseline at every vertex. Written as PLY (api/deviation_ply.h),
-// GLB (api/deviation_glb.h), VTP (api/deviation_vtp.h) or CSV (api/deviation_csv.h).
+// GLB (api/deviation_glb.h), VTP (api/deviation_vtp.h) or CSV.
 //
 // The candidate is the mesh that is shown, the baseline the other one. Distances are measured from the candidate alone.
 // No vertex shows what the baseline has and the candidate lacks; the witness does.

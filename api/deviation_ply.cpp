@@ -5,7 +5,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "api/decimal.h"
+#include "api/figures.h"
 
 namespace meshgauge::api {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "api/decimal.h"
+#include "api/figures.h"
 
 namespace meshgauge::api {
 namespace {

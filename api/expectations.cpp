@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -9,7 +10,6 @@
 
 #include "api/figures.h"
 #include "api/gate.h"
-#include "api/with_unit.h"
 #include "engine/rounding.h"
 
 namespace meshgauge::api {
@@ -163,7 +163,40 @@ class Examination {
   std::vector<Expectation> all_;
 };
 
+Json span_of(const Span& span) {
+  auto json = Json::object();
+  if (span.min) json["min"] = *span.min;
+  if (span.max) json["max"] = *span.max;
+  return json;
+}
+
+Json count_of(const Span& span) {
+  auto json = span.min && span.min == span.max ? Json(*span.min) : span_of(span);
+  for (auto& end : json) end = static_cast<std::uint64_t>(end.get<double>());  // in kCountRange, of whole numbers
+  return json;
+}
+
 }  // namespace
+
+Json json_of(const std::vector<Expectation>& expectations) {
+  auto json = Json::array();
+  for (const Expectation& one : expectations)
+    json.push_back(
+        {{"name", one.name}, {"verdict", to_string(one.verdict)}, {"found", one.found}, {"expected", one.expected}});
+  return json;
+}
+
+Json json_of(const Expectations& expect) {
+  auto json = Json::object();
+  if (expect.watertight) json["watertight"] = *expect.watertight;
+  if (expect.oriented) json["oriented"] = *expect.oriented;
+  if (expect.triangles) json["triangles"] = count_of(*expect.triangles);
+  if (expect.degenerate) json["degenerate"] = count_of(*expect.degenerate);
+  if (expect.components) json["components"] = count_of(*expect.components);
+  if (expect.volume) json["volume"] = span_of(*expect.volume);
+  if (expect.volume_within) json["volume"]["within"] = *expect.volume_within;
+  return json;
+}
 
 std::vector<Expectation> examined(const Expectations& expect, const Json& meshes, const std::string& unit) {
   Examination examination(meshes, unit);

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "api/with_unit.h"
-
 namespace meshgauge::api {
 namespace {
 

@@ -1,13 +1,34 @@
-// Formats numbers for people: few digits, and never a statement that the interval contradicts.
+// Writes numbers as text: exactly, for files and reports; for people with few digits, and never a statement that the
+// interval contradicts; and a length with its unit.
 #pragma once
 
+#include <charconv>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "api/units.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::api {
+
+// Returns the shortest decimal text that reads back as the same number.
+inline std::string shortest(double value) {
+  char digits[32];
+  return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
+}
+
+// Returns "0.05 mm" or "(1, 2, 3) mm"; the number alone when the unit is unknown (empty).
+inline std::string with_unit(std::string number, std::string_view unit) {
+  if (!unit.empty()) number.append(" ").append(unit);
+  return number;
+}
+
+inline std::string with_unit(std::string number, const std::optional<LengthUnit>& unit) {
+  return with_unit(std::move(number), unit ? to_string(*unit) : std::string_view());
+}
 
 // Formats x with up to `digits` significant digits, 1 to 17, without trailing zeros: "0.00012", "150000", "1.5e-12".
 std::string to_digits(double x, int digits);

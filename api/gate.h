@@ -50,6 +50,8 @@ Options engine_options(const ComparisonOptions& options);
 // where the areas of a direction that was asked for are missing. nullopt: without max_share_beyond.
 std::optional<AreaInterval> share_beyond(const Outcome& outcome, const ComparisonOptions& options);
 
+inline constexpr std::string_view kRest = "rest";  // the name of what is in no region
+
 // Returns the limit of a region, or behind them of the rest; nullopt: none.
 std::optional<double> limit_of_region(const ComparisonOptions& options, std::size_t region);
 

@@ -1,9 +1,13 @@
 #include "api/json_of.h"
 
-#include <string_view>
+#include <cstddef>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "api/figures.h"
+#include "api/gate.h"
+#include "api/names.h"
 #include "api/notes.h"
 
 namespace meshgauge::api {
@@ -41,25 +45,48 @@ Json mismatch(const ReadNotes& notes) {
   return {{"file_name", name_or_null(notes.filename_says)}, {"media_type", name_or_null(notes.media_type_says)}};
 }
 
-}  // namespace
-
-Json gate_of(const ComparisonOptions& options) {
-  if (!has_limit(options)) return nullptr;
-  Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
-  if (options.max_share_beyond) json["max_share_beyond"] = json_of(*options.max_share_beyond);
-  if (options.zone) json["zone"] = json_of(*options.zone);
-  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
-  json["units"] = text_or_null(limit_unit_name(options.units));
+Json measured(const RegionOutcome& found, const std::optional<double>& limit, double uncertainty) {
+  const auto directed = [](const std::optional<Bounds>& bounds) {
+    return bounds ? api::json_of(*bounds) : Json(nullptr);
+  };
+  Json json{{"distance", interval(found.lower, found.upper)},
+            {"status", name_of(kStops, found.stop)},
+            {"empty", found.empty},
+            {"precision_floor", found.precision_floor},
+            {"a_to_b", directed(found.a_to_b)},
+            {"b_to_a", directed(found.b_to_a)},
+            {"verdict", nullptr}};
+  if (limit) json["verdict"] = to_string(verdict_within(found.lower, found.upper, *limit, uncertainty));
   return json;
 }
 
-Json json_of(const ShareLimit& limit) { return {{"distance", limit.distance}, {"share", limit.share}}; }
+Json of_interval(const AreaInterval& found) { return interval(found.lower, found.upper); }
 
-Json json_of(const SideOptions::Zone& zone) { return {0 - zone.inside, zone.outside}; }
+Json of_direction(const std::optional<AreaBounds>& found, const AreaOptions& asked) {
+  if (!found) return nullptr;
+  Json json{{"status", name_of(kAreaStops, found->stop)}, {"pieces", found->pieces}};
+  Json beyond = Json::array(), quantiles = Json::array();
+  for (std::size_t k = 0; k < found->beyond.size(); ++k) {
+    beyond.push_back({{"distance", asked.beyond[k].distance}, {"share", of_interval(found->beyond[k])}});
+  }
+  for (std::size_t q = 0; q < found->quantiles.size(); ++q) {
+    quantiles.push_back({{"share", asked.quantiles[q]}, {"distance", of_interval(found->quantiles[q])}});
+  }
+  json["beyond"] = std::move(beyond);
+  json["quantiles"] = std::move(quantiles);
+  json["mean"] = found->mean ? of_interval(*found->mean) : Json(nullptr);
+  json["rms"] = found->rms ? of_interval(*found->rms) : Json(nullptr);
+  return json;
+}
 
-Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
+Json of_side(const SideBounds& found) {
+  Json json = of_interval({found.lower, found.upper});
+  json["point_a"] = found.at ? json_of(*found.at) : Json(nullptr);
+  json["triangle_a"] = found.at ? Json(found.triangle) : Json(nullptr);
+  return json;
+}
 
-Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+}  // namespace
 
 Json interval(double lower, double upper) { return {{"lower", lower}, {"upper", upper}}; }
 
@@ -74,14 +101,6 @@ Json json_of(const std::optional<Directed>& directed) {
   Json json = json_of(directed->bounds);
   json["culling"] = of_culling(directed->culling);
   json["work"] = of_work(directed->work);
-  return json;
-}
-
-Json json_of(const Tolerance& asked) {
-  Json json = Json::object();
-  if (asked.absolute) json["absolute"] = *asked.absolute;
-  if (asked.diagonal) json["diagonal"] = *asked.diagonal;
-  if (asked.relative) json["relative"] = *asked.relative;
   return json;
 }
 
@@ -126,6 +145,62 @@ Json json_of(const std::optional<Topology>& topology) {
           {"non_manifold_edges", of_edges(topology->non_manifold)},
           {"flipped_edges", of_edges(topology->flipped)},
           {"volume", volume ? interval(volume->lower, volume->upper) : Json(nullptr)}};
+}
+
+Json regions_of(const Outcome& outcome, const ComparisonOptions& options) {
+  Json all = Json::array();
+  for (std::size_t i = 0; i < outcome.regions.size(); ++i) {
+    Json json = i < options.regions.size() ? json_of(options.regions[i]) : Json{{"name", kRest}};
+    const auto limit = limit_of_region(options, i);
+    if (limit) json["max_distance"] = *limit;
+    json.update(measured(outcome.regions[i], limit, options.uncertainty));
+    all.push_back(std::move(json));
+  }
+  return all;
+}
+
+std::string in_words(const NoSides& refused, const std::optional<LengthUnit>& unit) {
+  using Why = NoSides::Why;
+  std::string at;
+  if (const auto& p = refused.at) at = with_unit(in_words(*p), unit);
+  switch (refused.why) {
+    case Why::open:
+      return "mesh b is open: an edge at " + at + " has one triangle";
+    case Why::non_manifold:
+      return "mesh b is not manifold: an edge at " + at + " has more than two triangles";
+    case Why::flipped:
+      return "mesh b is not oriented: two triangles at " + at + " face different ways";
+    case Why::inside_out:
+      return "mesh b is inside out: its triangles face inwards";
+    case Why::no_volume:
+      return "mesh b encloses no volume";
+    default:
+      return "mesh b has a part that is inside out: it faces inwards around " + at;
+  }
+}
+
+Json json_of(const SideOutcome& sides, const std::optional<LengthUnit>& unit) {
+  const auto& refused = sides.refused;
+  Json why = nullptr;
+  if (refused)
+    why = {{"reason", name_of(kNoSides, refused->why)},
+           {"detail", in_words(*refused, unit)},
+           {"at", refused->at ? json_of(*refused->at) : Json(nullptr)}};
+  return {{"certified", true},
+          {"status", name_of(kAreaStops, sides.stop)},
+          {"length_tolerance", sides.options.length_tolerance},
+          {"pieces", sides.pieces},
+          {"refused", std::move(why)},
+          {"outside", refused ? Json(nullptr) : of_side(sides.outside)},
+          {"inside", refused ? Json(nullptr) : of_side(sides.inside)}};
+}
+
+Json json_of(const AreaOutcome& areas) {
+  return {{"certified", true},
+          {"share_tolerance", areas.options.share_tolerance},
+          {"length_tolerance", areas.options.length_tolerance},
+          {"a_to_b", of_direction(areas.a_to_b, areas.options)},
+          {"b_to_a", of_direction(areas.b_to_a, areas.options)}};
 }
 
 }  // namespace meshgauge::api

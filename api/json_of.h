@@ -2,28 +2,29 @@
 #pragma once
 
 #include <optional>
-#include <string_view>
-
-#include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "api/compare.h"
+#include "api/write_options.h"
+#include "engine/area.h"
+#include "engine/outcome.h"
+#include "engine/sides.h"
 
 namespace meshgauge::api {
 
-using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
-
-Json text_or_null(std::string_view text);  // null: the text is empty
-Json json_of(const Vec3& p);
 Json interval(double lower, double upper);
 Json json_of(const Bounds& bounds);
 Json json_of(const std::optional<Directed>& directed);
-Json json_of(const Tolerance& asked);  // has only the rules that are set
-// The limits of a request, as results, jobs and lists of failures show them; null: it has none.
-Json gate_of(const ComparisonOptions& options);
-Json json_of(const ShareLimit& limit);
-Json json_of(const SideOptions::Zone& zone);  // [-inside, outside]
 Json json_of(const KnownUnit& known);
 Json json_of(const MeshFacts& facts, const KnownUnit& unit);
 Json json_of(const std::optional<Topology>& topology);
+
+// What was measured of the regions, in the order of Outcome::regions.
+Json regions_of(const Outcome& outcome, const ComparisonOptions& options);
+
+Json json_of(const AreaOutcome& areas);
+Json json_of(const SideOutcome& sides, const std::optional<LengthUnit>& unit);
+// Returns "mesh b is open: an edge at (0.5, 0, 1) mm has one triangle" or the like.
+std::string in_words(const NoSides& refused, const std::optional<LengthUnit>& unit);
 
 }  // namespace meshgauge::api

@@ -5,8 +5,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "api/decimal.h"
-#include "api/with_unit.h"
+#include "api/figures.h"
 
 namespace meshgauge::api {
 namespace {

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/result.h"
@@ -83,6 +84,14 @@ struct Problem {
 };
 
 Problem to_problem(const Error& error);
+
+// Returns the problem of a request that cannot be parsed.
+inline Problem malformed(std::string what) { return {ProblemKind::malformed_request, std::move(what), {}}; }
+
+// Returns the problem of a path whose id no resource has. `kind`: the noun of the resource.
+inline Problem not_found(const std::string& kind) {
+  return {ProblemKind::not_found, "no " + kind + " has this id, or it is no longer stored", {}};
+}
 
 // Serialises a problem. Invalid UTF-8 in its strings becomes U+FFFD.
 std::string to_json(const Problem& problem);

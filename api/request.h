@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/comparison_options.h"
-#include "api/range.h"
+#include "api/quantity.h"
 #include "api/request/reading.h"
 #include "api/request/surface.h"
 #include "engine/result.h"

@@ -5,12 +5,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/area_json.h"
 #include "api/criteria.h"
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/notes.h"
-#include "api/region_json.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::api {

@@ -7,10 +7,12 @@
 #include <cassert>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <new>
 #include <utility>
 
+#include "api/descriptor.h"
 #include "api/refused.h"
 
 namespace meshgauge::api {
@@ -19,25 +21,6 @@ namespace {
 Error unusable(const std::string& path, const std::string& why) { return refused("'" + path + "' " + why); }
 
 Error failed(const std::string& path) { return unusable(path, std::string("cannot be read: ") + std::strerror(errno)); }
-
-class Opened {
- public:
-  explicit Opened(int fd) : fd_(fd) {}
-  Opened(const Opened&) = delete;
-  Opened& operator=(const Opened&) = delete;
-  ~Opened() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-
-  int fd() const { return fd_; }
-  void reset(int fd) {
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = fd;
-  }
-
- private:
-  int fd_;
-};
 
 // Reads up to to.size() bytes and returns their number; -1 with errno: it failed.
 ssize_t read_all(int fd, std::span<std::byte> to) {
@@ -70,24 +53,24 @@ Error not_opened(const std::string& path, int folder, const std::string& compone
 }  // namespace
 
 Result<WholeFile> WholeFile::open(const std::string& path) {
-  const Opened file(::open(path.c_str(), kToRead));
-  return file.fd() < 0 ? failed(path) : read(file.fd(), path, std::numeric_limits<std::uint64_t>::max());
+  const Descriptor file(::open(path.c_str(), kToRead));
+  return file ? read(file.get(), path, std::numeric_limits<std::uint64_t>::max()) : failed(path);
 }
 
 Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::string& name, std::uint64_t most) {
   const std::string path = folder + "/" + name;
-  Opened place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (place.fd() < 0) return failed(folder);
+  Descriptor place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!place) return failed(folder);
   for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
     end = name.find('/', at);
     const std::string component = name.substr(at, end - at);
     assert(!component.empty() && component != "..");
     const int flags = end == std::string::npos ? kToRead : O_RDONLY | O_DIRECTORY | O_CLOEXEC;
-    const int fd = ::openat(place.fd(), component.c_str(), flags | O_NOFOLLOW);
-    if (fd < 0) return not_opened(path, place.fd(), component);
-    place.reset(fd);
+    Descriptor opened(::openat(place.get(), component.c_str(), flags | O_NOFOLLOW));
+    if (!opened) return not_opened(path, place.get(), component);
+    place = std::move(opened);
   }
-  return read(place.fd(), path, most);
+  return read(place.get(), path, most);
 }
 
 Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {
@@ -107,6 +90,18 @@ Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t
   if (count < 0) return failed(path);
   if (static_cast<std::size_t>(count) != size) return unusable(path, "was changed while it was read");
   return WholeFile(std::move(bytes), size);
+}
+
+Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return refused(std::string("cannot be read: ") + std::strerror(errno));
+  // Reads one byte more than the limit to detect a larger file; a device without end then ends as well.
+  std::string text(max_bytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) return refused("cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > max_bytes) return refused("larger than " + std::to_string(max_bytes) + " bytes");
+  return text;
 }
 
 }  // namespace meshgauge::api

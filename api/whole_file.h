@@ -1,4 +1,4 @@
-// Reads a whole file into memory.
+// Reads whole files into memory: the bytes of a mesh, and small texts, such as settings and manifests.
 #pragma once
 
 #include <cstddef>
@@ -32,5 +32,9 @@ class WholeFile {
   std::unique_ptr<std::byte[]> bytes_;
   std::size_t size_ = 0;
 };
+
+// Returns the whole of a text file. Error: invalid_request when it cannot be read or has more than `max_bytes`; the
+// message does not name the file.
+Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes);
 
 }  // namespace meshgauge::api

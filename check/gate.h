@@ -1,6 +1,6 @@
 // One gate: two files and how far they may be apart. The central type of `meshgauge check`.
 //
-//   gates.yaml -> read_manifest -> expand (globs, names) -> Gate ... -> run (here, or by a service) -> GateOutcome ...
+//   gates.yaml -> gates_of (settings, globs, names) -> Gate ... -> run (here, or by a service) -> GateOutcome ...
 //   -> Report -> terminal, JSON, JUnit, SARIF, Markdown, HTML, exit code
 #pragma once
 
@@ -15,6 +15,7 @@
 #include "api/mesh_file.h"
 #include "api/request.h"
 #include "check/manifest/mistake.h"
+#include "engine/result.h"
 
 namespace meshgauge::check {
 
@@ -42,6 +43,10 @@ struct Gate {
 // Returns the options with limits in the unit of the result. `document`: the result of a comparison, which has the
 // diagonal that shares are of.
 api::ComparisonOptions options_in(const Gate& gate, const nlohmann::ordered_json& document);
+
+// Returns the error of a comparison with every 'a' in its message replaced by the gate's candidate and every 'b' by its
+// baseline.
+Error with_files(Error error, const Gate& gate);
 
 // Whether the limits are shares of the diagonal of the baseline's bounding box: 0.01 is one percent.
 inline bool is_of_diagonal(const Gate& gate) { return gate.request.options.units.limit_of_diagonal; }

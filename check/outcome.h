@@ -17,6 +17,7 @@
 #include "api/prepared_mesh.h"
 #include "api/result_document.h"
 #include "check/gate.h"
+#include "check/manifest/mistake.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
@@ -132,5 +133,10 @@ struct Report {
   // 0 pass, 1 fail, 2 undecided, 3 error: the worst of all gates, in the order 3, 1, 2, 0.
   int exit_code() const;
 };
+
+// Returns the report of a run that did not begin: one outcome for each mistake, an error, named by its place
+// ("gates.yaml:7:5"), without meshes. It is written so that the reports show the mistakes and no older report is taken
+// for this run's. `manifest`: empty if the mistakes are not in a manifest.
+Report mistaken(const std::string& manifest, const std::vector<Mistake>& mistakes);
 
 }  // namespace meshgauge::check

@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include "api/decimal.h"
 #include "api/figures.h"
 #include "api/formats/text.h"
 #include "engine/mesh.h"

@@ -1,10 +1,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -16,13 +19,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "api/processors.h"
+#include "api/machine.h"
 #include "api/refused.h"
 #include "api/request.h"
 #include "api/utc.h"
 #include "check/html/html.h"
 #include "check/manifest/baselines.h"
-#include "check/mistaken.h"
+#include "check/outcome.h"
 #include "check/remote.h"
 #include "check/reports/code_quality.h"
 #include "check/reports/history.h"
@@ -33,7 +36,6 @@
 #include "check/run/json_report.h"
 #include "check/run/local.h"
 #include "check/run/meshes.h"
-#include "check/run/processors.h"
 #include "check/run/run.h"
 #include "check/run/terminal.h"
 #include "cli/check_extras.h"
@@ -44,7 +46,7 @@
 #include "cli/interrupts.h"
 #include "cli/pipes.h"
 #include "cli/places.h"
-#include "cli/report_files.h"
+#include "engine/result.h"
 
 namespace meshgauge::cli {
 namespace {
@@ -59,6 +61,91 @@ int fail_on_one_line(const std::string& message) {
   std::fprintf(stderr, "meshgauge: %s\n", check::shown_name(message).c_str());
   return kExitError;
 }
+
+Error unwritable(const std::string& flag, const std::string& where, const std::string& why) {
+  const std::string place = where == "-" ? "standard output" : "'" + where + "'";
+  return bad_flag(flag, place + " " + why);
+}
+
+Error failed(const std::string& flag, const std::string& where) {
+  return unwritable(flag, where, std::string("could not be written: ") + std::strerror(errno));
+}
+
+struct Closed {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+bool put(const std::string& text, std::FILE* out) {
+  return std::fwrite(text.data(), 1, text.size(), out) == text.size() && std::fflush(out) == 0;
+}
+
+Result<Done> write_to(const std::string& flag, const std::string& where, const std::string& text) {
+  if (where == "-") return put(text, stdout) ? Result<Done>(Done{}) : failed(flag, where);
+  const std::unique_ptr<std::FILE, Closed> file(std::fopen(where.c_str(), "we"));
+  if (!file || !put(text, file.get())) return failed(flag, where);
+  return Done{};
+}
+
+Result<Done> has_folder(const std::string& flag, const std::string& where) {
+  const std::filesystem::path path(where);
+  std::error_code none;
+  if (std::filesystem::is_directory(path, none)) return unwritable(flag, where, "is a folder: name a file in it");
+  const auto folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder, none))
+    return unwritable(flag, where, "cannot be written: its folder does not exist");
+  if (access(folder.c_str(), W_OK) != 0 && access(where.c_str(), W_OK) != 0) return failed(flag, where);
+  return Done{};
+}
+
+// Writes the reports that `check` was asked for.
+class ReportFiles {
+ public:
+  using Write = std::function<std::string(const Report&)>;
+
+  // `where`: a file, "-" for standard output, or empty: not wanted. `flag` names it in messages.
+  void add(const std::string& flag, const std::string& where, Write write) {
+    if (!where.empty()) entries_.push_back({flag, where, std::move(write)});
+  }
+
+  // Checks before measuring and adds all files to `places`. Errors: two reports for standard output, a report over a
+  // file of `places`, a folder that does not exist or is not writable.
+  Result<Done> possible(Places& places) const {
+    const Entry* on_stdout = nullptr;
+    for (const Entry& entry : entries_) {
+      if (entry.where == "-") {
+        if (on_stdout)
+          return unwritable(entry.flag, entry.where, "is used by " + on_stdout->flag + " already: name a file");
+        on_stdout = &entry;
+        continue;
+      }
+      if (auto ok = has_folder(entry.flag, entry.where); !ok) return ok;
+      if (auto ok = places.writes(entry.flag, entry.where); !ok) return ok;
+    }
+    return Done{};
+  }
+
+  // Whether nothing else may be printed there.
+  bool to_stdout() const {
+    return std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return entry.where == "-"; });
+  }
+
+  // Writes all reports, also after a failure. Returns the first Error.
+  Result<Done> write(const Report& report) const {
+    Result<Done> all = Done{};
+    for (const Entry& entry : entries_) {
+      auto written = write_to(entry.flag, entry.where, entry.write(report));
+      if (!written && all) all = std::move(written);
+    }
+    return all;
+  }
+
+ private:
+  struct Entry {
+    std::string flag, where;
+    Write write;
+  };
+  std::vector<Entry> entries_;
+};
 
 // Borrows `pictures`, which are complete when the reports are written.
 ReportFiles reports_of(const CheckFlags& flags, const Pictures& pictures) {

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "api/measured_pair.h"
+#include "api/compare.h"
 #include "api/refused.h"
 #include "check/deviation.h"
 

@@ -14,7 +14,6 @@
 #include "check/files.h"
 #include "check/manifest/manifest.h"
 #include "check/manifest/naming.h"
-#include "check/selection.h"
 #include "cli/check_start.h"
 #include "cli/pipes.h"
 

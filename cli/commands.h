@@ -23,8 +23,6 @@ inline int fail(const Error& error) {
   return kExitError;
 }
 
-inline constexpr const char* kSandboxCommand = "sandbox";
-
 void add_check(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_health(CLI::App& app, int& exit_code);

@@ -11,9 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "api/criteria.h"
-#include "api/measured_pair.h"
+#include "api/machine.h"
 #include "api/mesh_file.h"
-#include "api/processors.h"
 #include "api/refused.h"
 #include "api/request.h"
 #include "api/response.h"

@@ -8,7 +8,6 @@
 
 #include "cli/commands.h"
 #include "server/access/keys.h"
-#include "server/access/token.h"
 
 namespace meshgauge::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
 #include "server/main/checked.h"
-#include "server/store/forms/distributed.h"
+#include "server/store/forms/stores.h"
 
 namespace meshgauge::cli {
 namespace {

@@ -12,7 +12,7 @@
 #include <new>
 
 #include "api/descriptor.h"
-#include "api/memory.h"
+#include "api/machine.h"
 #include "api/memory_file.h"
 #include "api/refused.h"
 

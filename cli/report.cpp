@@ -1,18 +1,19 @@
 #include "cli/report.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 #include "api/criteria.h"
 #include "api/figures.h"
 #include "api/gate.h"
+#include "api/json_of.h"
 #include "api/names.h"
 #include "api/notes.h"
-#include "api/region_json.h"
-#include "api/with_unit.h"
-#include "cli/area_table.h"
-#include "cli/statistics_table.h"
 
 namespace meshgauge::cli {
 namespace {
@@ -137,6 +138,119 @@ void add_engine(std::string& out, const Comparison& comparison) {
   append(out, "engine    %s, %s, %u %s\n",
          std::string(api::name_of(api::kStrategies, comparison.options.strategy)).c_str(),
          std::string(outcome.simd).c_str(), outcome.threads, outcome.threads == 1 ? "thread" : "threads");
+}
+
+// Certified areas, a few lines for each direction, and sides.
+
+// Rounds the ends outwards to four decimals, so that what is printed holds.
+std::string percent_range(const AreaInterval& share) {
+  const double lower = std::max(0.0, std::floor(share.lower * 1e6 - 1e-6) / 1e4);
+  const double upper = std::min(100.0, std::ceil(share.upper * 1e6 + (share.upper > 0 ? 1e-6 : 0)) / 1e4);
+  char text[64];
+  std::snprintf(text, sizeof text, "%.4f .. %.4f %%", lower, upper);
+  return text;
+}
+
+std::string length_range(const AreaInterval& length) {
+  const api::IntervalText text = api::to_text(length.lower, length.upper, std::numeric_limits<double>::infinity());
+  return text.lower + " .. " + text.upper;
+}
+
+std::string percentile(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "p%.15g", 100 * share);  // 7, where 100 * 0.07 is a little more
+  return text;
+}
+
+std::string area_line(const std::string& what, const std::string& value) {
+  return "  " + what + std::string(what.size() < 24 ? 24 - what.size() : 1, ' ') + value + "\n";
+}
+
+std::string area_lines(const char* name, const std::optional<AreaBounds>& found, const AreaOptions& asked,
+                       const std::optional<api::LengthUnit>& unit) {
+  if (!found) return "";
+  std::string out = std::string("certified ") + name + ": by area, lower .. upper" +
+                    (unit ? api::with_unit(", in", unit) : "") + "\n";
+  for (std::size_t k = 0; k < found->beyond.size(); ++k) {
+    out += area_line("share beyond " + api::shortest(asked.beyond[k].distance), percent_range(found->beyond[k]));
+  }
+  for (std::size_t q = 0; q < found->quantiles.size(); ++q) {
+    out += area_line(percentile(asked.quantiles[q]), length_range(found->quantiles[q]));
+  }
+  if (found->mean) out += area_line("mean", length_range(*found->mean));
+  if (found->rms) out += area_line("rms", length_range(*found->rms));
+  if (found->stop != AreaStop::complete) {
+    out += area_line("ended by", std::string(api::name_of(api::kAreaStops, found->stop)));
+  }
+  return out;
+}
+
+std::string to_table(const AreaOutcome& areas, const std::optional<api::LengthUnit>& unit) {
+  return area_lines("a to b", areas.a_to_b, areas.options, unit) +
+         area_lines("b to a", areas.b_to_a, areas.options, unit);
+}
+
+std::string to_table(const SideOutcome& sides, const std::optional<api::LengthUnit>& unit) {
+  std::string out =
+      "certified a to b: by side of b, lower .. upper" + (unit ? api::with_unit(", in", unit) : std::string()) + "\n";
+  if (sides.refused) return out + area_line("none", api::in_words(*sides.refused, unit));
+  out += area_line("outside", length_range({sides.outside.lower, sides.outside.upper}));
+  out += area_line("inside", length_range({sides.inside.lower, sides.inside.upper}));
+  if (sides.stop != AreaStop::complete)
+    out += area_line("ended by", std::string(api::name_of(api::kAreaStops, sides.stop)));
+  return out;
+}
+
+// Sampled statistics: for each direction a line of numbers and a histogram.
+
+constexpr double kBarWidth = 50;  // in characters
+constexpr std::size_t kBinsALine = 2;
+
+__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
+  char line[256];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(line, sizeof line, format, arguments);
+  va_end(arguments);
+  return line;
+}
+
+std::string number_line(const char* name, const Estimate& estimate) {
+  return formatted("  %-9s %-12.6g +- %.2g\n", name, estimate.value, estimate.standard_error);
+}
+
+// Returns bars in proportion to the longest one.
+std::string bars(const Distribution& found) {
+  std::array<double, Distribution::kBins / kBinsALine> shares{};
+  for (std::size_t b = 0; b < found.histogram.size(); ++b) shares[b / kBinsALine] += found.histogram[b].value;
+  const double longest = *std::max_element(shares.begin(), shares.end());
+  const double step = found.max_seen / static_cast<double>(shares.size());
+  std::string out;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const auto length = static_cast<std::size_t>(std::lround(shares[i] / longest * kBarWidth));
+    out += formatted("  up to %-12.6g %6.2f %%%s\n", step * static_cast<double>(i + 1), 100 * shares[i],
+                     (length > 0 ? " " + std::string(length, '#') : "").c_str());
+  }
+  return out;
+}
+
+std::string direction(const char* name, const std::optional<Distribution>& found, const Unit& unit) {
+  if (!found) return "";
+  std::string out = formatted("sampled   %s: %zu points by %s, value +- standard error%s\n", name, found->samples,
+                              std::string(api::name_of(api::kWeights, found->weight)).c_str(),
+                              unit ? api::with_unit(", in", unit).c_str() : "");
+  out += number_line("mean", found->mean) + number_line("rms", found->rms) + number_line("p50", found->p50) +
+         number_line("p95", found->p95) + number_line("p99", found->p99);
+  return out + formatted("  %-9s %.6g\n", "max seen", found->max_seen) + bars(*found);
+}
+
+std::string to_table(const Statistics& statistics, const Unit& unit) {
+  std::string out = direction("a to b", statistics.a_to_b, unit) + direction("b to a", statistics.b_to_a, unit);
+  if (statistics.status != StatisticsStatus::complete) {
+    out += "sampled   not everything that was asked for: " +
+           std::string(api::name_of(api::kStatisticsStatuses, statistics.status)) + "\n";
+  }
+  return out;
 }
 
 }  // namespace

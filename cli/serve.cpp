@@ -5,15 +5,21 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/formats/read_part.h"
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
 #include "server/main/checked.h"
 #include "server/main/service.h"
 #include "server/main/settings_file.h"
 #include "server/main/worker.h"
+#include "server/sandbox/become_reader.h"
+#include "server/sandbox/reader/image.h"
+#include "server/sandbox/spawner.h"
 
 namespace meshgauge::cli {
 namespace {
+
+constexpr const char* kSandboxCommand = "sandbox";
 
 using Serve = Result<Done> (*)(const server::Settings& settings, const std::vector<std::string>& parser);
 
@@ -44,6 +50,15 @@ void add_serve(CLI::App& app, int& exit_code) {
 void add_worker(CLI::App& app, int& exit_code) {
   add(app, exit_code, "worker", "Run what services on the same database have taken in",
       server::run_worker_until_signal);
+}
+
+void add_sandbox(CLI::App& app, int& exit_code, char** arguments) {
+  CLI::App& command = *app.add_subcommand(kSandboxCommand, "Used by `serve`: makes the processes that read uploads");
+  command.group("");  // not in the help
+  command.callback([&exit_code, arguments] {
+    const std::string why_not = server::sandbox::become_reader(server::sandbox::reader_image(), arguments);
+    exit_code = server::sandbox::run_spawner(api::read_part, why_not);
+  });
 }
 
 }  // namespace meshgauge::cli

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 
 #include <curl/curl.h>
-
-#include "net/certificates.h"
 
 namespace meshgauge::net {
 namespace {
@@ -17,6 +18,14 @@ constexpr std::size_t kMaxIdle = 64;
 constexpr long kIdleSeconds = 60;  // servers close connections that are idle for longer
 constexpr int kTickMs = 10;
 constexpr std::uint64_t kWorthLeave = 1U << 20U;  // bytes from which a body waits for 100 Continue
+
+// Files of certificates.
+constexpr const char* kPlaces[] = {
+    "/etc/ssl/certs/ca-certificates.crt",  // Debian, Ubuntu, Arch, Alpine
+    "/etc/pki/tls/certs/ca-bundle.crt",    // Fedora, Red Hat
+    "/etc/ssl/ca-bundle.pem",              // openSUSE
+    "/etc/ssl/cert.pem",                   // others
+};
 
 void start_library() {
   static const bool started = [] {
@@ -231,6 +240,16 @@ void conclude(Transfer& transfer, std::optional<CURLcode> code, const HttpSettin
 }
 
 }  // namespace
+
+std::string machine_certificates() {
+  const char* named = std::getenv("SSL_CERT_FILE");
+  if (named && *named != '\0') return named;
+  for (const char* place : kPlaces) {
+    std::error_code ignored;
+    if (std::filesystem::exists(place, ignored)) return place;
+  }
+  return "";
+}
 
 std::string HttpAnswer::header(const std::string& name) const {
   const auto found = headers.find(name);

@@ -47,6 +47,10 @@ struct HttpRequest {
   std::function<Result<Done>(int status, std::span<const std::byte> piece)> take = nullptr;
 };
 
+// Returns the file of certificates that this machine trusts: the one that the variable SSL_CERT_FILE names, else the
+// distribution's; libcurl knows the place of one distribution alone. Empty: none of the known places has one.
+std::string machine_certificates();
+
 // Why there is no complete answer.
 enum class Trouble {
   none,

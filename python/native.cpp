@@ -15,10 +15,9 @@
 
 #include "api/compare.h"
 #include "api/deviation_maker.h"
-#include "api/measured_pair.h"
+#include "api/machine.h"
 #include "api/mesh_file.h"
 #include "api/problem.h"
-#include "api/processors.h"
 #include "api/request.h"
 #include "api/response.h"
 #include "api/result_document.h"

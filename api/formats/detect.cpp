@@ -4,13 +4,11 @@
 #include <array>
 #include <string>
 
-#include "api/formats/geomview.h"
 #include "api/formats/gltf_archive.h"
 #include "api/formats/gzip.h"
-#include "api/formats/off.h"
 #include "api/formats/ply_header.h"
+#include "api/formats/readers.h"
 #include "api/formats/source.h"
-#include "api/formats/stl.h"
 #include "api/formats/text.h"
 #include "api/formats/zip.h"
 

@@ -1,4 +1,4 @@
-// Splits a face's outline into triangles by ear clipping. Decisions are exact (orientation.h).
+// Splits a face's outline into triangles by ear clipping. Decisions are exact (outline.h).
 //
 // Clipping a corner cuts off the triangle (corner before, corner, corner after); an outline of one corner less remains.
 // Corners on a line with their neighbours (straight ones, repeated ones, tips of spikes) come first: their triangle

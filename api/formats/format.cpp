@@ -4,16 +4,9 @@
 #include <utility>
 
 #include "api/formats/detect.h"
-#include "api/formats/expansion.h"
-#include "api/formats/gltf.h"
 #include "api/formats/gzip.h"
-#include "api/formats/obj.h"
-#include "api/formats/off.h"
-#include "api/formats/ply.h"
+#include "api/formats/readers.h"
 #include "api/formats/source.h"
-#include "api/formats/stl.h"
-#include "api/formats/three_mf.h"
-#include "api/formats/xyz.h"
 
 namespace meshgauge::api {
 namespace {

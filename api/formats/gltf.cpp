@@ -1,4 +1,4 @@
-#include "api/formats/gltf.h"
+#include "api/formats/readers.h"
 
 #include <algorithm>
 #include <limits>

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "api/formats/gltf_bundle.h"
-#include "api/formats/three_mf.h"
+#include "api/formats/readers.h"
 
 namespace meshgauge::api {
 namespace {

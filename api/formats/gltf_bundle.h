@@ -1,6 +1,6 @@
 // Bundles a glTF of several files: a zip archive of the .gltf and the files that its buffers name. Digest, store,
 // caches, sandbox and batches see the bundle's bytes alone. The same files always give the same bytes (docs/formats.md
-// has the layout; server/web/page/form/bundle.ts makes it in the browser).
+// has the layout; server/web/page/form/pairing.ts makes it in the browser).
 #pragma once
 
 #include <cstddef>

@@ -6,7 +6,7 @@
 
 #include <zlib.h>
 
-#include "api/formats/expansion.h"
+#include "api/formats/source.h"
 
 namespace meshgauge::api {
 namespace {

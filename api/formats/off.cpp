@@ -1,18 +1,191 @@
-#include "api/formats/off.h"
+#include "api/formats/readers.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 #include <optional>
 #include <utility>
 
-#include "api/formats/geomview.h"
-#include "api/formats/off_binary.h"
 #include "api/formats/polygons.h"
 #include "api/formats/room.h"
 #include "api/formats/text.h"
 
 namespace meshgauge::api {
 namespace {
+
+// Returns the place after a byte order mark, blanks, blank lines and comments.
+const char* start_of_content(std::string_view text) {
+  const char* const end = text.data() + text.size();
+  const char* p = skip_spaces(after_mark(text), end);
+  while (p != end && *p == '#') p = skip_spaces(skip_line(p, end), end);
+  return p;
+}
+
+// Surfaces, curves and lists of them. Prefixes of letters tell what each vertex has; degrees follow BEZ.
+constexpr std::string_view kObjects[] = {"LIST", "INST", "QUAD", "POLY",  "MESH",   "BEZ",
+                                         "BBP",  "VECT", "SKEL", "GROUP", "SPHERE", "COMMENT"};
+constexpr std::string_view kPrefixes = "STCNZ4Uuvn";
+constexpr std::string_view kObjectWords[] = {"appearance", "define", "geometry", "transform",
+                                             "transforms", "camera", "image"};
+constexpr std::size_t kLongestObject = 16;
+
+std::string_view object_at(const char* p, const char* end) {
+  const std::string_view word = word_at(p, std::min(end, p + std::min<std::ptrdiff_t>(end - p, kLongestObject)));
+  if (std::ranges::find(kObjectWords, word) != std::end(kObjectWords)) return word;
+  for (const std::string_view object : kObjects) {
+    const std::size_t at = word.find(object);
+    if (at == std::string_view::npos) continue;
+    const bool prefixes_known = word.substr(0, at).find_first_not_of(kPrefixes) == std::string_view::npos;
+    const bool degrees_follow = word.find_first_not_of("0123456789", at + object.size()) == std::string_view::npos;
+    if (prefixes_known && degrees_follow) return word;
+  }
+  return {};
+}
+
+// Number of 4-byte numbers that follow the coordinates of a vertex.
+struct OffExtras {
+  int normal = 0;
+  int colour = 0;
+  int texture = 0;
+};
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr std::uint64_t kWord = 4;
+constexpr std::uint64_t kCounts = 3;  // vertices, faces, edges
+
+struct Layout {
+  bool big_endian;
+  bool counts_colours;
+  const char* remark;
+};
+constexpr Layout kLayouts[] = {
+    {true, true, nullptr},
+    {false, true, "binary OFF in little-endian byte order, unlike Geomview's"},
+    {true, false, "binary OFF without the number of colour components that Geomview writes after each face"},
+    {false, false, "binary OFF in little-endian byte order, without the number of colour components after each face"}};
+
+// The body as words of four bytes in one of the layouts.
+class Words {
+ public:
+  Words(const Source& source, const char* body, const Layout& layout, const OffExtras& extras)
+      : body_(body),
+        count_(static_cast<std::uint64_t>(source.end() - body) / kWord),
+        layout_(layout),
+        stride_(3 + static_cast<std::uint64_t>(extras.normal + extras.colour + extras.texture)) {
+    if (count_ < kCounts) return;
+    vertices_ = at(0);
+    faces_ = at(1);
+  }
+
+  std::uint32_t at(std::uint64_t word) const {
+    std::uint32_t value = 0;
+    std::memcpy(&value, body_ + word * kWord, kWord);
+    return layout_.big_endian ? __builtin_bswap32(value) : value;
+  }
+  std::uint64_t vertices() const { return vertices_; }
+  std::uint64_t faces() const { return faces_; }
+  std::uint64_t first_of_vertex(std::uint64_t vertex) const { return kCounts + vertex * stride_; }
+
+  // Returns the word after the face that begins at `word`; nullopt: no face fits there.
+  std::optional<std::uint64_t> next_face(std::uint64_t word) const {
+    if (word >= count_) return std::nullopt;
+    const std::uint64_t corners = at(word);
+    std::uint64_t next = word + 1 + corners;
+    if (corners == 0 || next > count_) return std::nullopt;
+    if (!layout_.counts_colours) return next;
+    if (next >= count_) return std::nullopt;
+    next += 1 + at(next);
+    return next <= count_ ? std::optional(next) : std::nullopt;
+  }
+
+  // Returns true when the faces end with the last word and all their indices are in range.
+  bool fit() const {
+    if (count_ < kCounts || first_of_vertex(vertices_) > count_ || faces_ > count_) return false;
+    std::uint64_t word = first_of_vertex(vertices_);
+    for (std::uint64_t face = 0; face < faces_; ++face) {
+      const auto next = next_face(word);
+      if (!next) return false;
+      for (std::uint64_t corner = 0; corner < at(word); ++corner) {
+        if (at(word + 1 + corner) >= vertices_) return false;
+      }
+      word = *next;
+    }
+    return word == count_;
+  }
+
+ private:
+  const char* body_;
+  std::uint64_t count_;
+  const Layout& layout_;
+  std::uint64_t stride_;
+  std::uint64_t vertices_ = 0;
+  std::uint64_t faces_ = 0;
+};
+
+std::optional<Error> read_vertices(const Source& source, const char* body, const Words& words, ReadMesh& out) {
+  reserve_room(out.mesh.positions, words.vertices());
+  for (std::uint64_t i = 0; i < words.vertices(); ++i) {
+    Vec3 position;
+    for (std::uint64_t k = 0; k < 3; ++k) {
+      const std::uint64_t word = words.first_of_vertex(i) + k;
+      const auto value = std::bit_cast<float>(words.at(word));
+      if (!std::isfinite(value)) {
+        return at_byte(source, static_cast<std::size_t>(body - source.begin()) + word * kWord,
+                       ErrorCode::non_finite_vertex, "a coordinate of vertex " + std::to_string(i) + " is not finite");
+      }
+      position[static_cast<int>(k)] = static_cast<double>(value);
+    }
+    out.mesh.positions.push_back(position);
+  }
+  return std::nullopt;
+}
+
+// Precondition: words.fit().
+std::optional<Error> read_faces(const Source& source, const Words& words, ReadMesh& out) {
+  reserve_room(out.mesh.triangles, words.faces());
+  Faces faces(out.mesh.triangles);
+  std::uint64_t word = words.first_of_vertex(words.vertices());
+  for (std::uint64_t face = 0; face < words.faces(); ++face) {
+    faces.begin();
+    for (std::uint64_t corner = 0; corner < words.at(word); ++corner) {
+      faces.add(words.at(word + 1 + corner));
+      if (out.mesh.triangles.size() > source.limits.max_triangles) {
+        return too_many(source, "triangles", source.limits.max_triangles);
+      }
+    }
+    out.notes.skipped_primitives += faces.corners() < 3;
+    faces.end();
+    word = *words.next_face(word);
+  }
+  if (auto split = split_polygons(source, faces.runs(), out); !split) return std::move(split).error();
+  return std::nullopt;
+}
+
+// Reads binary OFF from `body`, the first byte after the keyword's line. Geomview writes big-endian integers and floats
+// of four bytes, and the number of colour components after each face. Other programs write little-endian, or omit that
+// number. Uses the first of these variants for which counts, faces and the file's size agree to the byte, with a remark
+// unless it is Geomview's. Refuses a file that none of them fits. Linear time.
+Result<ReadMesh> read_binary_off(const Source& source, const char* body, const OffExtras& extras) {
+  const bool whole_words = static_cast<std::uint64_t>(source.end() - body) % kWord == 0;
+  for (const Layout& layout : kLayouts) {
+    const Words words(source, body, layout, extras);
+    if (!whole_words || !words.fit()) continue;
+    if (words.vertices() > vertex_limit(source)) return too_many(source, "vertices", vertex_limit(source));
+    ReadMesh out;
+    out.format = Format::off;
+    if (auto error = read_vertices(source, body, words, out)) return std::move(*error);
+    if (auto error = read_faces(source, words, out)) return std::move(*error);
+    if (layout.remark != nullptr) out.notes.remarks.emplace_back(layout.remark);
+    return out;
+  }
+  return at_byte(
+      source, static_cast<std::size_t>(body - source.begin()), ErrorCode::unreadable_mesh,
+      "truncated or damaged: the counts and faces of this binary OFF do not end where the file ends, in either "
+      "byte order");
+}
 
 // Text files have colours of three or four numbers.
 constexpr int kLeastColour = 3;
@@ -236,13 +409,6 @@ Result<ReadMesh> read_without_keyword(const Source& source) {
 
 }  // namespace
 
-const char* start_of_content(std::string_view text) {
-  const char* const end = text.data() + text.size();
-  const char* p = skip_spaces(after_mark(text), end);
-  while (p != end && *p == '#') p = skip_spaces(skip_line(p, end), end);
-  return p;
-}
-
 std::string_view off_keyword(std::string_view text) {
   constexpr std::size_t kLongest = 9;
   const char* const start = start_of_content(text);
@@ -252,6 +418,15 @@ std::string_view off_keyword(std::string_view text) {
   const bool counts_follow = word.find_first_not_of("0123456789", name + 3) == std::string_view::npos;
   const bool known = word.substr(0, name).find_first_not_of("STCN4n") == std::string_view::npos;
   return counts_follow && known ? word.substr(0, name + 3) : std::string_view();
+}
+
+std::string_view geomview_object(std::string_view text) {
+  const char* const end = text.data() + text.size();
+  if (!text.starts_with('{')) return object_at(text.data(), end);
+  const std::string_view inner(start_of_content(text.substr(1)), end);
+  const bool known = inner.starts_with('{') || inner.starts_with('=') || inner.starts_with('<') ||
+                     !off_keyword(inner).empty() || !object_at(inner.data(), end).empty();
+  return known ? text.substr(0, 1) : std::string_view();
 }
 
 Result<ReadMesh> read_off(const Source& source) {

@@ -1,4 +1,4 @@
-// The input of a reader, and errors that name the place of a defect.
+// The input of a reader, its limits, and errors that name the place of a defect.
 #pragma once
 
 #include <cstddef>
@@ -38,6 +38,13 @@ std::string in_quotes(std::string_view text);
 // 32-bit indices require it.
 Error too_many(const Source& source, std::string_view things, std::size_t limit);
 std::size_t vertex_limit(const Source& source);
+
+// Returns to how many bytes a compressed file may expand: min(limits.max_expanded_bytes, max(64 MiB, 200 *
+// compressed_bytes)). The ratio bounds time and memory by the size sent; meshes compress far less.
+std::size_t expansion_limit(std::size_t compressed_bytes, const ReadLimits& limits);
+
+// Returns the too_large error for more than `limit` bytes. `kind`: the compression, such as "gzip".
+Error expands_too_far(std::string_view part, std::size_t limit, std::size_t compressed_bytes, std::string_view kind);
 
 // The longest block that programs fill up. More of it is a file whose end was never written.
 inline constexpr std::size_t kMostPadding = 4096;

@@ -1,4 +1,4 @@
-#include "api/formats/three_mf.h"
+#include "api/formats/readers.h"
 
 #include <algorithm>
 #include <map>

@@ -9,10 +9,30 @@
 #include <vector>
 
 #include "api/formats/source.h"
-#include "api/formats/xml_names.h"
 #include "api/formats/zip.h"
+#include "engine/result.h"
 
 namespace meshgauge::api {
+
+struct XmlDefect {
+  ErrorCode code = ErrorCode::unreadable_mesh;
+  std::string what;
+};
+
+struct XmlName {
+  std::string_view space;    // empty: without a namespace, or with a prefix that is not declared
+  std::string_view local;    // "path" of "p:path"
+  std::string_view written;  // "p:path", as the document has it
+
+  bool is(std::string_view name_space, std::string_view name) const { return local == name && space == name_space; }
+  bool has_prefix() const { return written.size() != local.size(); }
+  std::string_view prefix() const { return written.substr(0, written.size() - local.size() - (has_prefix() ? 1 : 0)); }
+};
+
+struct XmlAttribute {
+  XmlName name;
+  const char* value = nullptr;
+};
 
 class XmlAttributes {
  public:

@@ -1,4 +1,4 @@
-#include "api/formats/xyz.h"
+#include "api/formats/readers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,6 @@
 
 #include "api/formats/room.h"
 #include "api/formats/text.h"
-#include "api/formats/xyz_heading.h"
 
 namespace meshgauge::api {
 namespace {
@@ -30,6 +29,58 @@ Result<Vec3> point_at(const Source& source, const char* p) {
                    "the coordinate " + in_quotes(word) + " is not finite");
   }
   return point;
+}
+
+// A line before the points that names their columns.
+enum class XyzHeading {
+  none,           // no heading: a point, a comment, a mistake
+  x_y_z,          // "//X Y Z Rf Gf Bf", as CloudCompare writes it, "X Y Z" or "# X Y Z": as the points are read
+  other_columns,  // "//R G B X Y Z", "# Z Y X", "// anything else": the points may be others than the first columns
+};
+
+// What programs call the columns beside x, y and z.
+constexpr std::string_view kColumns[] = {
+    "x",  "y",  "z",  "r",  "g",  "b",   "a",     "red",  "green", "blue", "alpha",     "rgb",    "rf",    "gf",   "bf",
+    "af", "nx", "ny", "nz", "i",  "int", "index", "id",   "n",     "u",    "v",         "w",      "t",     "time", "dx",
+    "dy", "dz", "vx", "vy", "vz", "s",   "value", "gray", "grey",  "nr",   "intensity", "scalar", "label", "class"};
+
+bool is_column(std::string_view word) {
+  return std::ranges::any_of(kColumns, [word](std::string_view column) { return same_word(word, column); });
+}
+
+// Returns true when the line names x, y and z among the columns that it begins with.
+bool names_x_y_z(const char* p, const char* end) {
+  bool seen[3] = {};
+  for (p = skip_blanks(p, end); p != end; p = skip_blanks(p, end)) {
+    const std::string_view word = word_at(p, end);
+    if (word.empty() || !is_column(word)) return false;
+    if (word.size() == 1 && same_word(word, "x")) seen[0] = true;
+    if (word.size() == 1 && same_word(word, "y")) seen[1] = true;
+    if (word.size() == 1 && same_word(word, "z")) seen[2] = true;
+    if (seen[0] && seen[1] && seen[2]) return true;
+    p += word.size();
+  }
+  return false;
+}
+
+bool begins_with_x_y_z(const char* p, const char* end) {
+  for (const std::string_view column : {"x", "y", "z"}) {
+    p = skip_blanks(p, end);
+    const std::string_view word = word_at(p, end);
+    if (!same_word(word, column)) return false;
+    p += word.size();
+  }
+  return true;
+}
+
+// Takes one line without its end. Linear time.
+XyzHeading xyz_heading(std::string_view line) {
+  const char* const end = line.data() + line.size();
+  const bool slashes = line.starts_with("//");
+  const std::size_t marks = line.find_first_not_of(slashes ? '/' : '#');
+  const char* const columns = marks == std::string_view::npos ? end : line.data() + marks;
+  if (begins_with_x_y_z(columns, end)) return XyzHeading::x_y_z;
+  return slashes || names_x_y_z(columns, end) ? XyzHeading::other_columns : XyzHeading::none;
 }
 
 class XyzReader {

@@ -1,11 +1,13 @@
 // Reads zip archives from memory: 3MF, and .gltf with its files.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,13 +20,21 @@ namespace meshgauge::api {
 // Returns true when the bytes begin like a zip archive, including an empty one.
 bool is_zip(std::string_view text);
 
+// Rewrites the directory of a Zip64 archive as that of a plain one. minizip 1.1 (Debian 12) finds the directory of a
+// Zip64 archive but leaves the sizes of its entries at 0xFFFFFFFF; later versions also read the rewritten records.
+//
+// Returns the directory record that begins at byte `at`, to the end of its extra fields, with the sizes and the offset
+// of its Zip64 field in their plain places and that field's id changed to an unused one. Empty: no record begins there,
+// it has no Zip64 field in use, or the field is damaged or holds a number of 4 GiB or more.
+std::vector<std::byte> plain_zip_record(std::span<const std::byte> archive, std::size_t at);
+
 // The archive's bytes as a file for minizip.
 struct ZipMemory {
   std::span<const std::byte> bytes;
   std::size_t at = 0;
   bool short_read = false;   // true: the last read reached the end
   bool in_directory = true;  // false: an entry's own bytes are read, whatever they look like
-  // A directory record that replaces the bytes from `record_at` on (api/formats/zip64.h).
+  // A directory record that replaces the bytes from `record_at` on.
   std::size_t record_at = 0;
   std::vector<std::byte> record;
 };

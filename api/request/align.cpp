@@ -3,8 +3,7 @@
 
 #include <Eigen/LU>
 
-#include "api/align.h"
-#include "api/decimal.h"
+#include "api/figures.h"
 #include "api/json_filter.h"
 #include "api/request/parts.h"
 

@@ -4,16 +4,14 @@
 #include <cstdint>
 #include <utility>
 
-#include "api/align.h"
 #include "api/gate.h"
 #include "api/json_filter.h"
-#include "api/json_of.h"
 #include "api/names.h"
 #include "api/quantity.h"
 #include "api/refused.h"
-#include "api/region_json.h"
 #include "api/request/draft.h"
 #include "api/request/parts.h"
+#include "api/write_options.h"
 
 namespace meshgauge::api {
 namespace {
@@ -374,6 +372,22 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
   ReadRequest read = read_request(*document, surface, limits);
   if (!read.mistakes.empty()) return error_of(read.mistakes);
   return std::move(read.request);
+}
+
+Result<std::string_view> as_simd(std::string_view value, std::string_view name) {
+  const auto all = supported_simd();
+  if (value == "auto") return all.front();
+  for (const std::string_view supported : all) {
+    if (value == supported) return supported;
+  }
+  return refused(std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value),
+                 "options", std::string(name));
+}
+
+std::string simd_names() {
+  std::string list = "auto";
+  for (const std::string_view name : supported_simd()) list.append(", ").append(name);
+  return list;
 }
 
 }  // namespace meshgauge::api

@@ -23,6 +23,10 @@ Expectations read_expect(const JsonValue& value, const std::string& at, Reading&
 // Reads "none", "rigid" or an object (openapi.yaml, Align). nullopt: "none", or a mistake.
 std::optional<AlignOptions> read_align(const JsonValue& value, const std::string& at, Reading& reading);
 
+// The rotation of a given transform may be off orthonormal by this (off_orthonormal()): entries written with six
+// decimals err by 5e-7, which makes 2 sqrt(3) 5e-7 + 3 (5e-7)^2 < 1.8e-6.
+inline constexpr double kMostOffOrthonormal = 4e-6;
+
 // Reads {"row_major": [16 numbers]}, or column_major. The rotation of what is written may be off orthonormal by
 // kMostOffOrthonormal; that of the motion is one.
 std::optional<RigidMotion> read_transform(const JsonValue& value, const std::string& at, Reading& reading);

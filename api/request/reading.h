@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/names.h"
-#include "api/range.h"
+#include "api/quantity.h"
 #include "api/request/surface.h"
 #include "api/units.h"
 

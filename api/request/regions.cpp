@@ -4,8 +4,8 @@
 #include <variant>
 
 #include "api/formats/groups.h"
+#include "api/gate.h"
 #include "api/json_filter.h"
-#include "api/region_json.h"
 #include "api/request/parts.h"
 
 namespace meshgauge::api {

@@ -8,7 +8,6 @@
 #include "check/html/diagrams.h"
 #include "check/html/html_gate.h"
 #include "check/html/markup.h"
-#include "check/html/report_style.h"
 #include "check/reports/wording.h"
 #include "check/text.h"
 
@@ -142,13 +141,13 @@ std::string filter(const Report& report) {
   return out + "</fieldset>\n";
 }
 
-struct Row {
+struct CriterionRow {
   Verdict verdict;
   std::string name, found, limit, line;
 };
 
 // The row of one criterion, below that of its gate.
-std::string criterion_row(const Row& row, const std::string& kind_of_gate) {
+std::string criterion_row(const CriterionRow& row, const std::string& kind_of_gate) {
   const std::string kind(to_string(row.verdict));
   return "<tr class=\"gate criterion " + kind_of_gate + "\"><td><span class=\"badge " + kind + "\">" +
          icon(row.verdict) + kind + "</span></td><th scope=\"row\">" + escaped(row.name) + "</th><td class=\"number" +

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "check/html/picture.h"
 #include "check/outcome.h"
@@ -13,5 +14,8 @@ namespace meshgauge::check {
 // service's result) is escaped, and a Content-Security-Policy forbids everything but the page's own style and inline
 // pictures. Failures come first. Size: 40 kB, 10 to 30 kB for each gate, and its pictures; 3 kB for a gate without.
 std::string to_html(const Report& report, std::span<const GatePicture> pictures);
+
+// The style sheet of the report, report.css.
+std::string_view report_style();
 
 }  // namespace meshgauge::check

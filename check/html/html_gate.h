@@ -1,4 +1,4 @@
-// One gate as a card of the report.
+// One gate as a card of the report: what was found, its pictures, and tables of facts about the meshes and the work.
 #pragma once
 
 #include <cstddef>

@@ -2,16 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
 #include <new>
 #include <utility>
 
 #include <Eigen/Geometry>
 
-#include "api/measured_pair.h"
+#include "api/compare.h"
 #include "api/refused.h"
-#include "check/html/field.h"
 #include "check/html/render.h"
+#include "engine/tree/nearest.h"
 
 namespace meshgauge::check {
 namespace {
@@ -127,6 +129,32 @@ Shot close_shot(const Scene& scene, const Side& side, const Paint& paint, Shot& 
   shot.png = to_png(render(side.mesh.mesh(), shot.camera, paint, scene.pool, cut));
   return shot;
 }
+
+// In the frame: smaller distances are rounding errors of a point on the mesh.
+constexpr double kOnMesh = 0x1p-44;
+
+// Distances of points to a mesh. Computed, not certified: for pictures and histograms, never for verdicts.
+class DistanceField {
+ public:
+  // Borrows `mesh`. `box` contains the mesh and all points that will be asked for. Builds a tree, unless the mesh has
+  // one for that frame. If `control` stops it, complete() is false and at() must not be called.
+  DistanceField(const Prepared& mesh, const Box& box, ThreadPool& pool, Control& control)
+      : frame_(box), framed_(mesh.in(frame_, *find_kernels("auto"))), tree_(framed_->tree(control, pool)) {}
+
+  bool complete() const { return tree_ != nullptr; }
+
+  // In the meshes' unit; thread safe.
+  double at(const Vec3& point) const {
+    std::uint64_t tests = 0;
+    const double distance = nearest(*tree_, frame_.to_frame(point), tests).distance;
+    return distance < kOnMesh ? 0 : std::ldexp(distance, frame_.exponent());
+  }
+
+ private:
+  Frame frame_;
+  std::shared_ptr<Framed> framed_;
+  const Bvh* tree_;
+};
 
 Surface surface(const Scene& scene, const Side& side, const Box& box) {
   const DistanceField field(side.other, box, scene.pool, scene.control);

@@ -9,12 +9,18 @@
 #include "api/json_filter.h"
 #include "api/refused.h"
 #include "check/files.h"
-#include "check/manifest/pattern.h"
 
 namespace meshgauge::check {
 namespace {
 
 namespace fs = std::filesystem;
+
+// A ']' directly after the bracket, or after its '!', is an ordinary character.
+bool is_closed(std::string_view bracket) {
+  std::size_t from = 1;
+  if (from < bracket.size() && (bracket[from] == '!' || bracket[from] == '^')) ++from;
+  return bracket.find(']', from + 1) != std::string_view::npos;
+}
 
 bool is_missing(const std::error_code& failed) {
   return failed == std::errc::no_such_file_or_directory || failed == std::errc::not_a_directory;
@@ -145,6 +151,45 @@ Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern
   const auto same = [](const Match& x, const Match& y) { return x.path == y.path; };
   walk.found.erase(std::unique(walk.found.begin(), walk.found.end(), same), walk.found.end());
   return std::move(walk.found);
+}
+
+Utf8Locale::Utf8Locale() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)) {
+  if (locale_) before_ = uselocale(locale_);
+}
+
+Utf8Locale::~Utf8Locale() {
+  if (!locale_) return;
+  uselocale(before_);
+  freelocale(locale_);
+}
+
+std::vector<std::string> components(std::string_view pattern) {
+  std::vector<std::string> parts;
+  while (!pattern.empty()) {
+    const std::size_t slash = pattern.find('/');
+    const std::string_view part = pattern.substr(0, slash);
+    pattern.remove_prefix(slash == std::string_view::npos ? pattern.size() : slash + 1);
+    const bool again = part == "**" && !parts.empty() && parts.back() == "**";
+    if (!part.empty() && !again) parts.emplace_back(part);
+  }
+  return parts;
+}
+
+bool has_closed_brackets(std::string_view component) {
+  for (std::size_t open = component.find('['); open != std::string_view::npos;
+       open = component.find('[', component.find(']', open + 2))) {
+    if (!is_closed(component.substr(open))) return false;
+  }
+  return true;
+}
+
+bool matches_file(const std::string& component, const std::string& name) {
+  return fnmatch(component.c_str(), name.c_str(), FNM_PERIOD | FNM_NOESCAPE) == 0;
+}
+
+std::string joined(const std::string& folder, const std::string& name) {
+  if (folder.empty() || folder.ends_with('/')) return folder + name;
+  return folder + '/' + name;
 }
 
 }  // namespace meshgauge::check

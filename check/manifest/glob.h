@@ -1,6 +1,8 @@
 // Finds files by a pattern: *, ? and [..] within a name, as in fnmatch, and ** for any number of folders.
 #pragma once
 
+#include <locale.h>
+
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -32,5 +34,31 @@ struct Match {
 // does not match a leading dot. A link to a file is a file; ** does not follow links to folders, which may form a
 // circle. Errors: a folder that cannot be read, or a limit above. Precondition: check_glob() accepts the pattern.
 Result<std::vector<Match>> glob(const std::filesystem::path& folder, std::string_view pattern);
+
+// The parts below are for what else looks files up by patterns.
+
+// Makes fnmatch() in this thread treat characters as UTF-8 while it lives, whatever the process's locale.
+class Utf8Locale {
+ public:
+  Utf8Locale();
+  ~Utf8Locale();
+  Utf8Locale(const Utf8Locale&) = delete;
+  Utf8Locale& operator=(const Utf8Locale&) = delete;
+
+ private:
+  locale_t locale_;
+  locale_t before_{};
+};
+
+// Returns what stands between the slashes. Several '**' in a row are one.
+std::vector<std::string> components(std::string_view pattern);
+
+// Whether every bracket of the component is closed.
+bool has_closed_brackets(std::string_view component);
+
+// Whether a wildcard may match the name; a leading dot only a dot. Precondition: a Utf8Locale lives.
+bool matches_file(const std::string& component, const std::string& name);
+
+std::string joined(const std::string& folder, const std::string& name);
 
 }  // namespace meshgauge::check

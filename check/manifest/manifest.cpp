@@ -1,18 +1,346 @@
 #include "check/manifest/manifest.h"
 
-#include <string>
-#include <utility>
-#include <vector>
+#include <algorithm>
+#include <map>
+#include <set>
+#include <system_error>
 
+#include "api/formats/utf8.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
-#include "api/text_file.h"
+#include "api/whole_file.h"
+#include "check/files.h"
+#include "check/manifest/glob.h"
 #include "check/manifest/manifest_text.h"
+#include "check/manifest/naming.h"
+#include "check/manifest/passed_over.h"
+#include "check/manifest/spelling.h"
 #include "check/manifest/yaml_tree.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
 namespace {
+
+namespace fs = std::filesystem;
+
+// Whether two patterns have the same beginning, up to the first wildcard of either, and the same end.
+bool meet_at_ends(std::string_view a, std::string_view b) {
+  const std::size_t first = std::min(a.find_first_of("*?["), b.find_first_of("*?["));
+  const auto behind = [](std::string_view text) { return text.size() - 1 - text.find_last_of("*?]"); };
+  const std::size_t last = std::min(behind(a), behind(b));
+  return a.substr(0, first) == b.substr(0, first) && a.substr(a.size() - last) == b.substr(b.size() - last);
+}
+
+std::string with_star(std::string text) {
+  if (!text.ends_with('*')) text += '*';  // '**' would match any folders
+  return text;
+}
+
+// Returns the pattern of the stems of files that `name` matches. If a wildcard stands after or instead of the last
+// dot, any dot may be the one before the suffix.
+std::string stem_pattern(const std::string& name) {
+  if (!is_glob(name)) return name_parts(name, "").stem;
+  const std::string stem = name_parts(name, "").stem;
+  const std::string suffix = name.substr(stem.size());
+  if (!suffix.empty() && !is_glob(suffix) && check_glob(stem).ok()) {
+    return suffix == ".gz" ? stem_pattern(stem) : stem;
+  }
+  return with_star(name.substr(0, name.find_first_of(".*?[")));
+}
+
+NameParts patterns_of(std::string_view candidate) {
+  const fs::path path(candidate);
+  std::vector<std::string> parts(path.begin(), path.end());
+  std::string name = std::move(parts.back());
+  if (name != "**") {
+    parts.pop_back();
+  } else {
+    parts.back() = name;
+    name = "*";
+  }
+  fs::path dir;
+  for (auto part = std::find_if(parts.begin(), parts.end(), is_glob); part != parts.end(); ++part) dir /= *part;
+  return {stem_pattern(name), name, dir.string()};
+}
+
+std::string literal(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += c == '[' ? "[[]" : std::string(1, c);
+  return out;
+}
+
+// Relative to the current folder if it lies below it, as a user would write it.
+fs::path as_written(const fs::path& folder, const std::string& text) {
+  const fs::path path = (folder / text).lexically_normal();
+  if (path.is_relative() || fs::path(text).is_absolute()) return path;
+  std::error_code failed;
+  const fs::path here = fs::current_path(failed);
+  return !failed && is_below(path, here) ? path.lexically_relative(here) : path;
+}
+
+// `only`: files of other gates need not exist; these gates are returned as well.
+struct Lookup {
+  Baselines baselines = Baselines::must_exist;
+  const Selection& only;
+};
+
+// Expands the entries of a manifest to gates: looks up globs, fills in names, checks files.
+class Expansion {
+  struct Found {
+    const Entry* entry;
+    std::size_t first_gate;  // in `gates`
+  };
+
+ public:
+  Expansion(const fs::path& manifest, const Lookup& lookup, Mistakes& mistakes)
+      : manifest_(manifest.string()), folder_(manifest.parent_path()), lookup_(lookup), mistakes_(mistakes) {}
+
+  std::vector<Gate> gates;
+
+  void add(const Entry& entry) {
+    std::map<std::string, std::string> taken;  // baseline -> its candidate, within this entry
+    const std::vector<Match> found = candidates(entry);
+    if (!found.empty()) found_.push_back({&entry, gates.size()});
+    for (const Match& match : found) {
+      if (gates.size() == kMaxGates) {
+        mistakes_.add(entry.place, "more than " + std::to_string(kMaxGates) + " gates: split the manifest");
+        return;
+      }
+      add(entry, match, taken);
+    }
+  }
+
+  // Call when all gates are known: a file that one glob passes over may be that of another gate.
+  void check_passed_over() {
+    const Utf8Locale utf8;
+    for (const Gate& gate : gates) taken_.emplace(spelling_key(gate.candidate.string()), gate.candidate);
+    for (const Gate& gate : gates) taken_.emplace(spelling_key(gate.baseline.string()), gate.baseline);
+    for (const Found& found : found_) {
+      if (is_glob(found.entry->candidate.text)) check_passed_over(found);
+    }
+  }
+
+  // Call when all gates are known, since the baseline of one entry may match the template of another. Skipped with
+  // --only: a baseline does not tell whether its gate was selected.
+  void check_unmatched() {
+    if (lookup_.baselines == Baselines::may_be_missing || !lookup_.only.patterns().empty()) return;
+    const Utf8Locale utf8;
+    for (const Gate& gate : gates) {
+      const fs::path place = place_of(gate.baseline);
+      matched_.insert(place);
+      expected_.emplace(spelling_key(place.string()), gate.baseline);
+    }
+    for (const Found& found : found_) {
+      const Entry& entry = *found.entry;
+      const bool open = is_glob(entry.candidate.text) && has_placeholder(entry.baseline.text);
+      if (open && !entry.unmatched_ignored) check_unmatched(entry);
+    }
+  }
+
+ private:
+  std::vector<Match> candidates(const Entry& entry) {
+    const Written& candidate = entry.candidate;
+    if (candidate.text.empty()) return {};
+    if (!is_glob(candidate.text)) return {{candidate.text, ""}};
+    auto found = glob(root(), candidate.text);
+    if (found && !found->empty()) return std::move(found).value();
+    if (!lookup_.only.may_hold(filled(entry.name.text, {"*", "*", "*"}))) return {};
+    mistakes_.add(candidate.place, subject_of(entry) + (found ? finds_nothing(candidate.text) : found.error().message));
+    return {};
+  }
+
+  static std::string subject_of(const Entry& entry) {
+    return "gate " + api::shown_text(entry.name.text) + ": the candidate " + api::shown_text(entry.candidate.text) +
+           " ";
+  }
+
+  // Whether the file is that of a gate, by this path or by another in other case.
+  bool is_taken(const std::string& path) const {
+    const fs::path file = as_written(folder_, path);
+    const auto [from, to] = taken_.equal_range(spelling_key(file.string()));
+    const auto same = [&](const auto& one) { return one.second == file || is_same_file(one.second, file); };
+    if (std::any_of(from, to, same)) return true;
+    std::error_code none;
+    return fs::is_symlink(file, none) &&
+           std::any_of(taken_.begin(), taken_.end(), [&](const auto& one) { return is_same_file(one.second, file); });
+  }
+
+  void check_passed_over(const Found& found) {
+    const Entry& entry = *found.entry;
+    PassedOverFiles over = passed_over(root(), entry.candidate.text);
+    std::erase_if(over.files, [&](const PassedOver& file) {
+      const std::string name = fs::path(file.path).filename().string();
+      NameParts parts = name_parts(name, "*");
+      return is_taken(file.path) || !lookup_.only.may_hold(filled(entry.name.text, parts));
+    });
+    for (const std::string& words : passed_over_in_words(entry.candidate.text, over.files))
+      mistakes_.add(entry.candidate.place, subject_of(entry) + words);
+    const std::string hidden = hidden_in_words(entry.candidate.text, over);
+    if (!hidden.empty() && found.first_gate < gates.size()) gates[found.first_gate].notes.push_back(hidden);
+  }
+
+  fs::path root() const { return folder_.empty() ? "." : folder_; }
+
+  void check_unmatched(const Entry& entry) {
+    const std::string pattern = baseline_glob(entry.candidate.text, entry.baseline.text);
+    const auto found = glob(root(), pattern);
+    if (!found) {
+      mistakes_.add(entry.baseline.place, "gate " + api::shown_text(entry.name.text) + ": the baseline " +
+                                              api::shown_text(entry.baseline.text) + " " + found.error().message);
+      return;
+    }
+    for (const Match& match : *found) check_unmatched(entry, match.path);
+    for (const PassedOver& file : passed_over(root(), pattern).files) {
+      if ((file.why & of_leading_dot) == 0 && !is_taken(file.path)) check_unmatched(entry, file.path);
+    }
+  }
+
+  void check_unmatched(const Entry& entry, const std::string& path) {
+    const fs::path baseline = as_written(folder_, path);
+    const fs::path place = place_of(baseline);
+    if (!matched_.insert(place).second) return;
+    const auto near = expected_.find(spelling_key(place.string()));
+    const std::string like = near == expected_.end() ? ""
+                                                     : ", which differs only by case or blanks from " +
+                                                           shown_path(near->second) + ", the baseline of a gate,";
+    mistakes_.add(entry.baseline.place, "the baseline " + shown_path(baseline) + like +
+                                            " has no candidate: " + api::shown_text(entry.candidate.text) +
+                                            " finds none; when there is to be none, remove the baseline, or write "
+                                            "'unmatched_baselines: ignore'");
+  }
+
+  // Resolves links of the folder, so that each baseline has one place.
+  fs::path place_of(const fs::path& baseline) {
+    const fs::path folder = baseline.has_parent_path() ? baseline.parent_path() : fs::path(".");
+    const auto [known, is_new] = folders_.emplace(folder, folder);
+    if (is_new) {
+      std::error_code failed;
+      fs::path real = fs::weakly_canonical(folder, failed);
+      if (!failed) known->second = std::move(real);
+    }
+    return known->second / baseline.filename();
+  }
+
+  std::string finds_nothing(const std::string& pattern) const {
+    std::error_code none;
+    if (fs::exists(folder_ / pattern, none)) {
+      return "finds no file, though there is one of exactly this name: write '[[]' for a '[' in it";
+    }
+    const PassedOverFiles over = passed_over(root(), pattern);
+    std::string near;
+    for (const std::string& words : passed_over_in_words(pattern, over.files)) near += "; it " + words;
+    if (const std::string hidden = hidden_in_words(pattern, over); !hidden.empty()) near += "; " + hidden;
+    if (!near.empty()) return "finds no file" + near;
+    const std::string from = folder_.empty() ? "the manifest's folder" : shown_path(folder_);
+    const bool backslash = pattern.find('\\') != std::string::npos;
+    return "finds no file; paths are relative to " + from + (backslash ? ", and folders are separated by '/'" : "");
+  }
+
+  void add(const Entry& entry, const Match& match, std::map<std::string, std::string>& taken) {
+    const NameParts parts = name_parts(fs::path(match.path).filename().string(), match.dir);
+    Gate gate = entry.gate;
+    gate.manifest = manifest_;
+    gate.name = filled(entry.name.text, parts);
+    gate.candidate = as_written(folder_, match.path);
+    check_name(entry, gate.name);
+    const bool asked_for = lookup_.only.holds(gate.name);
+    if (asked_for) check_candidate(entry, gate);
+    if (!entry.baseline.text.empty()) {
+      const std::string baseline = filled(entry.baseline.text, parts);
+      gate.baseline = as_written(folder_, baseline);
+      if (asked_for) check_baseline(entry, gate);
+      const auto [first, is_new] = taken.emplace(gate.baseline.string(), match.path);
+      if (!is_new && has_placeholder(entry.baseline.text)) twice(entry, gate, first->second, match.path);
+    }
+    gates.push_back(std::move(gate));
+  }
+
+  void check_name(const Entry& entry, const std::string& name) {
+    if (name.empty()) return;  // already reported
+    if (!is_utf8(name) || find_control(name) != std::string::npos) {
+      mistakes_.add(entry.name.place, "name " + api::shown_text(name) + " is made of a file name that is not UTF-8");
+      return;
+    }
+    const auto [first, is_new] = lines_.emplace(name, entry.place.line);
+    if (is_new) return;
+    std::string message = "the name " + api::shown_text(name) + " is taken ";
+    if (first->second == entry.place.line) {
+      message += has_placeholder(entry.name.text) ? "twice in this gate: write {dir} in it as well"
+                                                  : "by another file of this gate: write {stem} in it";
+    } else {
+      message += "by the gate in line " + std::to_string(first->second);
+    }
+    mistakes_.add(entry.name.place, message);
+  }
+
+  void check_candidate(const Entry& entry, Gate& gate) {
+    if (const auto wrong = file_defect(gate.candidate))
+      add_defect(
+          gate, entry.candidate.place,
+          "the candidate " + shown_path(gate.candidate) + " " + *wrong + hint(gate.candidate, entry.candidate.text));
+  }
+
+  void check_baseline(const Entry& entry, Gate& gate) {
+    const std::string subject = "the baseline " + shown_path(gate.baseline) + " ";
+    if (is_same_file(gate.candidate, gate.baseline)) {
+      mistakes_.add(entry.baseline.place, "gate " + api::shown_text(gate.name) + ": " + subject +
+                                              "is the candidate itself: the gate would always pass");
+      return;
+    }
+    const auto wrong = file_defect(gate.baseline);
+    std::error_code none;
+    const bool missing = !fs::exists(fs::symlink_status(gate.baseline, none));
+    if (!wrong || (missing && lookup_.baselines == Baselines::may_be_missing)) return;
+    std::string advice = missing ? hint(gate.baseline, entry.baseline.text) : "";
+    if (missing && advice.find("there is ") == std::string::npos)
+      advice += "; when the candidate is right, make it one by --update-baselines";
+    add_defect(gate, entry.baseline.place, subject + *wrong + advice);
+  }
+
+  static void add_defect(Gate& gate, Place place, std::string what) {
+    gate.defects.push_back({place.line, place.column, std::move(what)});
+  }
+
+  void twice(const Entry& entry, const Gate& gate, const std::string& first, const std::string& second) {
+    mistakes_.add(entry.baseline.place, "the baseline " + shown_path(gate.baseline) + " is that of both " +
+                                            api::shown_text(first) + " and " + api::shown_text(second) +
+                                            ": write {dir} in it as well");
+  }
+
+  // Names the manifest's folder, in case the current one was meant, or another spelling of the path that exists.
+  std::string hint(const fs::path& file, const std::string& text) {
+    std::error_code none;
+    if (fs::exists(fs::symlink_status(file, none))) return "";  // a link to nothing
+    const bool here = !folder_.empty() && fs::path(text).is_relative() && fs::exists(text, none);
+    return here ? "; it does in the current folder, but paths are relative to the manifest's"
+                : spelling_hint(file, spellings_);
+  }
+
+  std::string manifest_;
+  fs::path folder_;
+  Lookup lookup_;
+  Mistakes& mistakes_;
+  std::map<std::string, int> lines_;            // gate name -> line
+  std::vector<Found> found_;                    // entries whose candidates exist
+  std::set<fs::path> matched_;                  // places of the gates' baselines
+  std::map<fs::path, fs::path> folders_;        // folders of baselines, without links
+  std::map<std::string, fs::path> expected_;    // as spelling_key() -> baseline of a gate
+  std::multimap<std::string, fs::path> taken_;  // as spelling_key() -> file of a gate
+  Spellings spellings_;
+};
+
+// Returns the gates. Adds mistakes at the entry's candidate, baseline or name: a glob without matches; a missing or
+// unusable file; a candidate that is its own baseline; a baseline with a placeholder that is the same for two
+// candidates; two gates of one name; a baseline that matches a glob's template and has no candidate. The last is
+// skipped for --update-baselines and with `only`.
+std::vector<Gate> expand(const std::vector<Entry>& entries, const fs::path& manifest, const Lookup& lookup,
+                         Mistakes& mistakes) {
+  Expansion expansion(manifest, lookup, mistakes);
+  for (const Entry& entry : entries) expansion.add(entry);
+  expansion.check_passed_over();
+  expansion.check_unmatched();
+  return std::move(expansion.gates);
+}
 
 Result<std::string> read_file(const std::filesystem::path& file) {
   std::error_code none;
@@ -29,6 +357,21 @@ void add_defects(const std::vector<Gate>& gates, Mistakes& mistakes) {
 }
 
 }  // namespace
+
+bool Selection::holds(std::string_view name) const {
+  const auto matching = [&](const std::string& pattern) { return matches(pattern, std::string(name)); };
+  return patterns_.empty() || std::any_of(patterns_.begin(), patterns_.end(), matching);
+}
+
+bool Selection::may_hold(std::string_view name_pattern) const {
+  if (!is_glob(name_pattern)) return holds(name_pattern);
+  const auto meeting = [&](const std::string& pattern) { return meet_at_ends(pattern, name_pattern); };
+  return patterns_.empty() || std::any_of(patterns_.begin(), patterns_.end(), meeting);
+}
+
+std::string baseline_glob(std::string_view candidate, std::string_view baseline) {
+  return filled(literal(baseline), patterns_of(candidate));
+}
 
 std::vector<Mistake> defects_of(const Gates& read) {
   if (!read.mistakes.empty()) return read.mistakes;

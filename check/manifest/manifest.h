@@ -1,14 +1,41 @@
 // Reads gates.yaml: which files to check, and how. gates.schema.json has its keys with examples.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "check/gate.h"
-#include "check/manifest/expand.h"
 #include "check/manifest/mistake.h"
 
 namespace meshgauge::check {
+
+inline constexpr std::size_t kMaxGates = 10'000;
+
+// `may_be_missing` is for --update-baselines.
+enum class Baselines { must_exist, may_be_missing };
+
+// Selects gates of a manifest by name: --only.
+class Selection {
+ public:
+  Selection() = default;  // all gates
+  // Selects the gates that one of the patterns matches. Patterns have *, ? and [..]; '?' stands for one character of
+  // UTF-8.
+  explicit Selection(std::vector<std::string> patterns) : patterns_(std::move(patterns)) {}
+
+  const std::vector<std::string>& patterns() const { return patterns_; }
+  bool holds(std::string_view name) const;
+
+  // Whether a name of this pattern could be selected; the pattern is the name of a gate whose candidate was not
+  // found. When in doubt: true.
+  bool may_hold(std::string_view name_pattern) const;
+
+ private:
+  std::vector<std::string> patterns_;
+};
 
 struct Gates {
   std::vector<Gate> gates;
@@ -18,10 +45,16 @@ struct Gates {
 // Returns all that is wrong: the mistakes or, without any, the defects of the gates: "gate 'x': the baseline ...".
 std::vector<Mistake> defects_of(const Gates& read);
 
-// Reads a manifest and looks up the files of the gates in `only`. Reports every mistake, not only the first. Paths in
-// it are relative to its folder. A file that is missing is a defect of its gate alone. Limits: kMaxYamlBytes,
-// kMaxYamlDepth and kMaxYamlNodes (yaml_tree.h), kMaxGates, and kMaxGlobEntries for each glob.
+// Reads a manifest and looks up the files of the gates in `only`; files of other gates, which are returned as well,
+// need not exist. Reports every mistake, not only the first. Paths in it are relative to its folder. A file that is
+// missing is a defect of its gate alone. Limits: kMaxYamlBytes, kMaxYamlDepth and kMaxYamlNodes (yaml_tree.h),
+// kMaxGates, and kMaxGlobEntries for each glob.
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines = Baselines::must_exist,
                const Selection& only = {});
+
+// Returns a glob of every baseline that candidates of the glob `candidate` could have by the template `baseline`: for
+// "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". It may match more files, never fewer. It
+// finds baselines whose candidate was not written: the glob of the candidates cannot show them.
+std::string baseline_glob(std::string_view candidate, std::string_view baseline);
 
 }  // namespace meshgauge::check

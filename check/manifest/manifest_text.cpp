@@ -8,11 +8,11 @@
 
 #include "api/formats/utf8.h"
 #include "api/json_filter.h"
+#include "api/names.h"
 #include "api/refused.h"
 #include "api/request.h"
 #include "api/suggestion.h"
 #include "check/manifest/glob.h"
-#include "check/manifest/names.h"
 #include "check/manifest/naming.h"
 #include "check/manifest/yaml_json.h"
 #include "check/manifest/yaml_tree.h"
@@ -25,6 +25,8 @@ using Kind = YamlNode::Kind;
 constexpr std::string_view kTop[] = {"version", "defaults", "gates"};
 constexpr std::string_view kOwn[] = {"name", "candidate", "baseline"};  // keys of a gate that are not settings
 constexpr std::string_view kOfGates[] = {"cloud", "on_fail", "unmatched_baselines"};
+constexpr api::Name<bool> kOnFail[] = {{false, "fail"}, {true, "warn"}};                 // values of Gate::warn_only
+constexpr api::Name<bool> kUnmatchedBaselines[] = {{false, "error"}, {true, "ignore"}};  // of Entry::unmatched_ignored
 constexpr std::string_view kLimits[] = {"max_distance", "max_share_beyond", "zone"};
 constexpr std::string_view kExample = "version: 1, then gates: with a list of '- name: ...'";
 

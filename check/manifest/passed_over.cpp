@@ -10,7 +10,6 @@
 #include "api/json_filter.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
-#include "check/manifest/pattern.h"
 #include "check/manifest/spelling.h"
 
 namespace meshgauge::check {

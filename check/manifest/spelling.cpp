@@ -9,7 +9,6 @@
 #include "api/formats/utf8.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
-#include "check/manifest/pattern.h"
 
 namespace meshgauge::check {
 namespace {

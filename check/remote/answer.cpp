@@ -10,9 +10,7 @@
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/problem.h"
-#include "api/region_json.h"
 #include "api/result_document.h"
-#include "check/mesh_names.h"
 #include "check/remote/address.h"
 
 namespace meshgauge::check::service {

@@ -1,11 +1,16 @@
-// Sends requests to the service, with retries.
+// Sends requests to the service, with retries: which failures are retried, how often and after which pause. And the
+// intervals of polling.
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <cstddef>
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
+#include <thread>
 
 #include "check/remote.h"
 #include "engine/control.h"
@@ -19,6 +24,63 @@ using net::HttpRequest;
 using net::Trouble;
 
 inline constexpr std::size_t kMostReplyBytes = std::size_t{4} << 20;  // maximum size of an answer
+
+struct RetriedStatus {
+  int status;
+  int tries;  // maximum number of tries; 0: until `retry_time` is over
+};
+
+// Statuses of transient failures. Every request may be repeated: meshes are named by their bytes, comparisons by an
+// Idempotency-Key.
+std::span<const RetriedStatus> retried_statuses();
+
+// The retries of one call. The pause doubles from try to try and is drawn from its upper half, so that clients that
+// were refused together do not return together. It is never shorter than the service's Retry-After.
+class Retries {
+ public:
+  using Clock = std::chrono::steady_clock;
+  using Milliseconds = std::chrono::milliseconds;
+
+  static constexpr Milliseconds kFirst{200};
+  static constexpr Milliseconds kMost{15'000};
+
+  // Both times count from the first failure.
+  Retries(Milliseconds retry_time, Milliseconds first_contact)
+      : retry_time_(retry_time), first_contact_(first_contact) {}
+
+  // Returns the pause before the next try, or nullopt after the last one. `reached`: the service has answered before.
+  // `random`: from 0 to 1.
+  std::optional<Milliseconds> after(const net::HttpAnswer& failed, bool reached, Clock::time_point now, double random);
+
+ private:
+  const Milliseconds retry_time_;
+  const Milliseconds first_contact_;
+  std::optional<Clock::time_point> since_;
+  int tries_ = 0;
+};
+
+// Interval of polling a comparison: the first; then half as much again each time, up to the last.
+inline constexpr std::chrono::milliseconds kFirstPoll{250};
+inline constexpr std::chrono::milliseconds kLastPoll{1000};
+inline constexpr int kAttempts = 3;  // attempts at a comparison or batch that gets lost
+
+inline constexpr std::chrono::milliseconds kCancelPoll{50};
+
+// Returns an Interrupted that is true once `time` has passed from now.
+inline Interrupted after(std::chrono::milliseconds time) {
+  return [end = Control::Clock::now() + time] { return Control::Clock::now() >= end; };
+}
+
+// Sleeps for `time`. False: cancelled.
+inline bool pause(std::chrono::milliseconds time, Control& control) {
+  constexpr std::chrono::milliseconds kTick{10};
+  const Interrupted over = after(time);
+  while (control.check() != Interruption::cancelled) {
+    if (over()) return true;
+    std::this_thread::sleep_for(kTick);
+  }
+  return false;
+}
 
 // Error of a gate that was cancelled before there was an interval.
 Error cancelled();

@@ -5,8 +5,6 @@
 #include <thread>
 #include <utility>
 
-#include "check/remote/waiting.h"
-
 namespace meshgauge::check::service {
 namespace {
 

@@ -13,9 +13,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/figures.h"
 #include "api/json_of.h"
 #include "api/refused.h"
-#include "api/with_unit.h"
 #include "check/text.h"
 
 namespace meshgauge::check {

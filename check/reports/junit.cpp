@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "api/decimal.h"
+#include "api/figures.h"
 #include "api/junit.h"
 #include "api/names.h"
 #include "check/reports/wording.h"

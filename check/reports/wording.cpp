@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "api/figures.h"
 #include "api/formats/utf8.h"
-#include "api/with_unit.h"
 #include "check/text.h"
 
 namespace meshgauge::check {

@@ -7,8 +7,6 @@
 #include "api/compare.h"
 #include "api/request.h"
 #include "api/response.h"
-#include "check/mesh_names.h"
-#include "check/run/processors.h"
 
 namespace meshgauge::check {
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <memory>
 #include <new>
 #include <utility>
 #include <vector>
@@ -13,13 +14,13 @@
 #include "engine/fast/sweep.h"
 #include "engine/measure/build_stage.h"
 #include "engine/measure/region_stage.h"
-#include "engine/measure/stage_clock.h"
-#include "engine/paper/paper_bound.h"
+#include "engine/paper/four_point.h"
+#include "engine/paper/n_point.h"
 #include "engine/paper/reduction.h"
 #include "engine/paper/traversal.h"
+#include "engine/paper/triangle_set.h"
 #include "engine/rounding.h"
 #include "engine/search/conclusion.h"
-#include "engine/search/narrowing_time.h"
 
 namespace meshgauge {
 namespace {
@@ -35,6 +36,21 @@ Bounds intersection(const Bounds& a, const Bounds& b) {
   Bounds both = b.lower > a.lower ? b : a;
   both.upper = std::min(a.upper, b.upper);
   return both;
+}
+
+// Returns the bound of options.strategy. It borrows `search`. Precondition: the strategy is not `automatic`.
+std::unique_ptr<PieceBound> make_paper_bound(const Options& options, Search& search) {
+  switch (options.strategy) {
+    case Strategy::n_point:
+      return std::make_unique<NPoint>(search.to(), stencil_level(options.points).value_or(0), search.work(),
+                                      search.stop());
+    case Strategy::triangle_set:
+      return std::make_unique<TriangleSet>(search);
+    case Strategy::four_point:
+    case Strategy::automatic:
+      break;
+  }
+  return std::make_unique<FourPoint>(search.to(), search.work(), search.stop());
 }
 
 }  // namespace

@@ -23,6 +23,19 @@
 
 namespace meshgauge {
 
+// Wall time of a stage: adds its lifetime in milliseconds to `total_ms`.
+class StageClock {
+ public:
+  explicit StageClock(double& total_ms) : total_ms_(total_ms) {}
+  StageClock(const StageClock&) = delete;
+  StageClock& operator=(const StageClock&) = delete;
+  ~StageClock() { total_ms_ += ms_since(start_); }
+
+ private:
+  double& total_ms_;
+  Control::Clock::time_point start_ = Control::Clock::now();
+};
+
 // Made and run once, on one thread. `options` and `control` must outlive it. Preconditions: those of measure().
 class Measurement final : public Monitor {
  public:

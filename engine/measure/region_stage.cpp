@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "engine/measure/measurement.h"
-#include "engine/measure/stage_clock.h"
 #include "engine/mesh/clipping.h"
 #include "engine/search/conclusion.h"
 

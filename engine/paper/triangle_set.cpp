@@ -1,13 +1,56 @@
 #include "engine/paper/triangle_set.h"
 
-#include "engine/paper/triangle_distance.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
 #include "engine/rounding.h"
 
 namespace meshgauge {
 namespace {
 
+constexpr std::array<std::array<std::size_t, 2>, 3> kEdges{{{0, 1}, {1, 2}, {2, 0}}};
 constexpr double kSetMargin = 256 * rounding::kUnit;
 constexpr std::size_t kPulseEvery = 1024;  // triangle-triangle distances between two checks of the clock, about 1 ms
+
+double clamp_ratio(double numerator, double denominator) {
+  return denominator > 0 ? std::clamp(numerator / denominator, 0.0, 1.0) : 0.0;
+}
+
+double point_segment_sq(const Vec3& p, const Vec3& a, const Vec3& ab) {
+  return (p - a - clamp_ratio((p - a).dot(ab), ab.squaredNorm()) * ab).squaredNorm();
+}
+
+// Squared distance of the segments p..p+d and q..q+e. Either an end of one is nearest to the other segment, or the two
+// lines' common perpendicular ends inside both; the latter is tried only when the lines are not parallel.
+double segments_sq(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e) {
+  double best = std::min({point_segment_sq(p, q, e), point_segment_sq(p + d, q, e), point_segment_sq(q, p, d),
+                          point_segment_sq(q + e, p, d)});
+  const Vec3 n = d.cross(e);
+  const double n_sq = n.squaredNorm();
+  if (n_sq > 0) {
+    const Vec3 pq = q - p;
+    const double s = std::clamp(pq.cross(e).dot(n) / n_sq, 0.0, 1.0);
+    const double t = std::clamp(pq.cross(d).dot(n) / n_sq, 0.0, 1.0);
+    best = std::min(best, (pq + t * e - s * d).squaredNorm());
+  }
+  return best;
+}
+
+// Whether the edge a..b crosses t. If rounding misses a crossing close to t's border, the distance between that border
+// and the edge is close to zero, so nothing is lost.
+bool pierces(const Vec3& a, const Vec3& b, const PreparedTriangle& t) {
+  const Vec3 normal = t.e1.cross(t.e2);
+  const double ha = (a - t.a).dot(normal), hb = (b - t.a).dot(normal);
+  if ((ha > 0) == (hb > 0) || ha == hb) return false;
+  const Vec3 x = a + (ha / (ha - hb)) * (b - a);
+  const double u = (x - t.a).dot(t.e1);
+  const double v = (x - t.a - u * t.e1).dot(t.e2);
+  return v >= 0 && t.cx * v <= t.cy * u && (t.length - t.cx) * v <= t.cy * (t.length - u);
+}
 
 double box_distance_sq(const Box& a, const Box& b) {
   return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(Vec3::Zero()).squaredNorm();
@@ -18,6 +61,20 @@ CornersAndFrame with_frame(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 
 }  // namespace
+
+double triangle_distance(const CornersAndFrame& s, const CornersAndFrame& t) {
+  double best_sq = std::numeric_limits<double>::infinity();
+  for (const Vec3& v : s.corners) best_sq = std::min(best_sq, (v - closest_point(t.prepared, v)).squaredNorm());
+  for (const Vec3& v : t.corners) best_sq = std::min(best_sq, (v - closest_point(s.prepared, v)).squaredNorm());
+  for (const auto& [i, j] : kEdges) {
+    if (pierces(s.corners[i], s.corners[j], t.prepared) || pierces(t.corners[i], t.corners[j], s.prepared)) return 0;
+    for (const auto& [k, l] : kEdges) {
+      best_sq = std::min(
+          best_sq, segments_sq(s.corners[i], s.corners[j] - s.corners[i], t.corners[k], t.corners[l] - t.corners[k]));
+    }
+  }
+  return std::sqrt(best_sq);
+}
 
 Corner TriangleSet::measure(const Vec3& p, const Piece& parent) {
   const Slots* slots = set_of(parent);

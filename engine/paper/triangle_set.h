@@ -12,13 +12,25 @@
 // come out too large, never a bound too small; and the lower bound is certified from scratch in the end.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <unordered_map>
 #include <vector>
 
 #include "engine/search/piece.h"
 #include "engine/search/search.h"
+#include "engine/tree/triangle.h"
 
 namespace meshgauge {
+
+struct CornersAndFrame {
+  std::array<Vec3, 3> corners;
+  PreparedTriangle prepared;
+};
+
+// Returns d(S,T) of two triangles in the unit frame; 0 where they pierce, touch or overlap. Degenerate triangles are
+// segments or points. The result is within some units of rounding of the true distance.
+double triangle_distance(const CornersAndFrame& s, const CornersAndFrame& t);
 
 class TriangleSet final : public PieceBound {
  public:

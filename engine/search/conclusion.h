@@ -1,6 +1,9 @@
-// What an interval means for what was asked: which rule holds, whether the gate is decided, why the work ended.
+// What an interval means for what was asked: which rule holds, whether the gate is decided and how far it is narrowed
+// then, why the work ended.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <optional>
 
 #include "engine/control.h"
@@ -22,5 +25,24 @@ void take_maximum(Outcome& outcome);
 inline Stop to_stop(Interruption interruption) {
   return interruption == Interruption::timeout ? Stop::timeout : Stop::cancelled;
 }
+
+// The time to narrow what is decided: while it lives, the control's deadline is no later than in half a second.
+class NarrowingTime {
+ public:
+  explicit NarrowingTime(Control& control) : control_(control), deadline_(control.deadline()) {
+    const auto end = Control::Clock::now() + std::chrono::milliseconds(500);
+    control_.set_deadline(deadline_ ? std::min(*deadline_, end) : end);
+  }
+  ~NarrowingTime() { control_.set_deadline(deadline_); }
+  NarrowingTime(const NarrowingTime&) = delete;
+  NarrowingTime& operator=(const NarrowingTime&) = delete;
+
+ private:
+  Control& control_;
+  const std::optional<Control::Clock::time_point> deadline_;
+};
+
+// An interval is narrow when its width is at most this part of what it bounds, or of the limit.
+inline constexpr double kNarrowRelative = 0.01, kNarrowOfLimit = 1e-4;
 
 }  // namespace meshgauge

@@ -1,4 +1,5 @@
-// A mesh in the unit frame, laid out so that neighbours in memory are neighbours in space.
+// A mesh in the unit frame, laid out so that neighbours in memory are neighbours in space: its triangles are in order
+// along a space-filling curve.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +13,16 @@
 
 namespace meshgauge {
 
+// Returns the `chosen` triangles (empty: all) in the order of their centres along a Hilbert curve through `box`, the
+// box of the mesh, with 1024 cells on each axis. Triangles in one cell are ordered the same way within their own box,
+// and so on. Deterministic, also with several threads. Linear time. Empty: interrupted.
+LargeArray<std::uint32_t> curve_order(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& box,
+                                      Control& control, ThreadPool& pool);
+
 struct OrderedMesh {
   Box box;                             // of the surface, in the frame
   LargeArray<Vec3> positions;          // the vertices that triangles use, in the order of first use
-  LargeArray<Triangle> triangles;      // along a space-filling curve (engine/tree/curve.h)
+  LargeArray<Triangle> triangles;      // in the order of curve_order()
   LargeArray<std::uint32_t> original;  // by triangle: its index in the given mesh
   std::size_t given;                   // number of triangles of the given mesh
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "server/access/token.h"
+#include "server/access/keys.h"
 
 namespace meshgauge::server {
 namespace {

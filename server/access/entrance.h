@@ -6,8 +6,7 @@
 #include <string_view>
 
 #include "server/access/access.h"
-#include "server/access/cors.h"
-#include "server/access/origin_check.h"
+#include "server/access/origins.h"
 #include "server/http/edge.h"
 #include "server/http/exchange.h"
 #include "server/observe/metrics.h"

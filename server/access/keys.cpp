@@ -6,12 +6,14 @@
 #include <set>
 #include <span>
 
+#include <openssl/crypto.h>
 #include <nlohmann/json.hpp>
 
+#include "api/digest.h"
 #include "api/json_filter.h"
 #include "api/refused.h"
-#include "api/text_file.h"
 #include "api/utc.h"
+#include "api/whole_file.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {
@@ -174,6 +176,11 @@ std::string line_of(std::string_view text, std::string_view where) {
   return "line " + std::to_string(1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(byte), '\n'));
 }
 
+bool is_token68_char(char c) {
+  return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') ||
+         std::string_view("-._~+/=").find(c) != std::string::npos;
+}
+
 }  // namespace
 
 Result<std::vector<Key>> parse_keys(std::string_view json) {
@@ -225,6 +232,31 @@ std::string to_json(const Key& key) {
       {"disabled", key.disabled}};
   if (key.expires) json["expires"] = api::to_utc(*key.expires);
   return json.dump();
+}
+
+std::string new_token() { return "mg_" + api::random_id() + api::random_id(); }
+
+Result<Done> check_token(std::string_view token) {
+  if (token.size() < kMinTokenBytes || token.size() > kMaxTokenBytes) {
+    return refused("a token must have from " + std::to_string(kMinTokenBytes) + " to " +
+                   std::to_string(kMaxTokenBytes) + " characters; use random ones");
+  }
+  if (std::all_of(token.begin(), token.end(), is_token68_char)) return Done{};
+  return refused("a token must be made of A-Z, a-z, 0-9 and -._~+/=");
+}
+
+std::string token_sha256(std::string_view token) {
+  return api::sha256_hex(std::as_bytes(std::span(token.data(), token.size())));
+}
+
+std::string_view bearer_token(const Head& head) {
+  std::string_view value = head.header("authorization");
+  if (lower(next(value, " ")) != "bearer") return {};
+  return trimmed(value);
+}
+
+bool same_digest(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
 }  // namespace meshgauge::server

@@ -1,4 +1,5 @@
-// The keys file: bearer keys with their scopes and limits.
+// Bearer keys (RFC 6750): the keys file, with their scopes and limits, and their tokens, which are created, hashed for
+// the file, and found in a request.
 //
 //   {"keys": [{"id": "ci", "sha256": "<of the token>", "scopes": ["compare"], "requests_per_minute": 600, "burst": 100,
 //              "max_jobs": 8, "max_storage_bytes": 10737418240, "expires": "2027-01-01T00:00:00Z", "disabled": false}]}
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "engine/result.h"
+#include "server/http/head.h"
 
 namespace meshgauge::server {
 
@@ -56,5 +58,17 @@ Result<Done> check_key_id(std::string_view id);  // valid: 1 to 64 of A-Z, a-z, 
 std::optional<Scope> scope_of(std::string_view name);  // nullopt: no scope has this name
 
 std::string to_json(const Key& key);  // an entry of a keys file, on one line
+
+// The keys file holds the plain SHA-256 of a token. That is safe only for tokens that cannot be guessed, hence the
+// minimum length for tokens that an operator supplies.
+inline constexpr std::size_t kMinTokenBytes = 32;
+inline constexpr std::size_t kMaxTokenBytes = 512;
+
+std::string new_token();  // 256 random bits, as "mg_" and 64 hex digits
+
+Result<Done> check_token(std::string_view token);      // checks length and characters (RFC 6750 section 2.1)
+std::string token_sha256(std::string_view token);      // 64 lower-case hex digits
+std::string_view bearer_token(const Head& head);       // the token in Authorization; empty: none
+bool same_digest(std::string_view, std::string_view);  // compares in a time that depends on the lengths only
 
 }  // namespace meshgauge::server

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "api/digest.h"
-#include "server/handlers/name_for_file.h"
-#include "server/http/parameters.h"
+#include "server/handlers/refusals.h"
+#include "server/http/head_values.h"
 
 namespace meshgauge::server {
 namespace {

@@ -6,7 +6,7 @@
 #include "api/formats/gltf_bundle.h"
 #include "api/formats/source.h"
 #include "api/request.h"
-#include "server/handlers/name_for_file.h"
+#include "server/handlers/refusals.h"
 
 namespace meshgauge::server {
 namespace {

@@ -6,15 +6,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/refused.h"
+#include "api/problem.h"
 #include "server/access/entrance.h"
 #include "server/handlers/comparison_form.h"
-#include "server/handlers/options.h"
 #include "server/handlers/refusals.h"
-#include "server/http/event_stream.h"
-#include "server/http/idempotency.h"
+#include "server/http/head_values.h"
 #include "server/http/multipart.h"
-#include "server/http/parameters.h"
 #include "server/measure/job_document.h"
 
 namespace meshgauge::server {
@@ -56,6 +53,17 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
   const auto json = nlohmann::json::parse(row.problem, nullptr, false);
   if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
   answer(exchange, {json.value("status", 500), json.value("type", ""), row.problem}, std::chrono::seconds(1));
+}
+
+// Adds a piece of a JSON body of at most api::kMaxOptionsBytes.
+std::optional<api::Problem> add_piece(std::string& text, std::string_view piece) {
+  if (text.size() + piece.size() > api::kMaxOptionsBytes) {
+    return api::Problem{api::ProblemKind::too_large,
+                        "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes",
+                        {}};
+  }
+  text.append(piece);
+  return std::nullopt;
 }
 
 }  // namespace
@@ -379,6 +387,24 @@ void Comparisons::follow_events(Exchange& exchange, const std::shared_ptr<LiveJo
     piece = over ? event("end", to_json(view)) : event("progress", progress_json(view));
     return over ? std::nullopt : std::optional(next);
   };
+}
+
+void read_options(Exchange& exchange, const Settings& settings) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  std::string_view type = exchange.head.header("content-type");
+  if (take_kind(type) != "application/json") {
+    constexpr const char* kWanted = "Content-Type must be application/json, the options of a comparison";
+    return answer(exchange, api::Problem{api::ProblemKind::unsupported_media_type, kWanted, {}});
+  }
+  const auto text = std::make_shared<std::string>();
+  exchange.body.read([text](std::string_view piece) { return add_piece(*text, piece); },
+                     [&exchange, text, limits = request_limits(settings)](const auto& lost) {
+                       if (lost) return answer(exchange, *lost);
+                       const auto request = api::parse_options(*text, limits);
+                       if (!request) return answer(exchange, api::to_problem(request.error()));
+                       exchange.response.content_type = "application/json";
+                       exchange.response.body = api::json_of(*request).dump();
+                     });
 }
 
 }  // namespace meshgauge::server

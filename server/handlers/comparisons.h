@@ -1,4 +1,4 @@
-// Handlers of /v1/comparisons and the paths below it.
+// Handlers of /v1/comparisons and the paths below it, and of /v1/options.
 //
 // POST: admit -> receive -> parse -> submit -> wait -> respond. server/jobs runs what is submitted.
 #pragma once
@@ -12,7 +12,7 @@
 #include "api/request.h"
 #include "server/http/connection_limit.h"
 #include "server/http/exchange.h"
-#include "server/http/prefer.h"
+#include "server/http/head_values.h"
 #include "server/http/upload.h"
 #include "server/jobs/jobs.h"
 #include "server/settings/settings.h"
@@ -77,5 +77,9 @@ class Comparisons {
   std::atomic<bool> draining_{false};
   ConnectionLimit watchers_;  // clients that follow events, or wait with Prefer: wait
 };
+
+// POST /v1/options: reads the options of a comparison before any mesh is sent. Answers with the options as they are
+// understood, written in one way, or with all mistakes.
+void read_options(Exchange& exchange, const Settings& settings);
 
 }  // namespace meshgauge::server

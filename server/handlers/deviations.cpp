@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/digest.h"
-#include "api/refused.h"
+#include "api/problem.h"
 #include "engine/hausdorff.h"
 #include "server/access/entrance.h"
 #include "server/handlers/refusals.h"

@@ -5,10 +5,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/refused.h"
+#include "api/problem.h"
 #include "server/handlers/batches.h"
 #include "server/handlers/meshes.h"
-#include "server/http/query.h"
+#include "server/http/head_values.h"
 #include "server/http/text.h"
 #include "server/measure/job_document.h"
 #include "server/measure/kept_blobs.h"

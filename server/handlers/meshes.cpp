@@ -4,10 +4,10 @@
 
 #include "api/batch_request.h"
 #include "api/digest.h"
-#include "api/refused.h"
+#include "api/problem.h"
 #include "api/request.h"
 #include "server/access/entrance.h"
-#include "server/http/parameters.h"
+#include "server/http/head_values.h"
 #include "server/measure/job_document.h"
 
 namespace meshgauge::server {

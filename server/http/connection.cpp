@@ -5,8 +5,9 @@
 
 #include <cassert>
 #include <cstring>
+#include <span>
 
-#include "server/base/address_tag.h"
+#include "api/digest.h"
 
 namespace meshgauge::server {
 
@@ -41,6 +42,12 @@ Transport::Step Connection::receive(std::size_t most) {
   const Transport::Moved moved = transport_->read(buffer_.data() + kept, most);
   buffer_.resize(kept + moved.bytes);
   return moved.step;
+}
+
+std::string address_tag(const std::string& address) {
+  static const std::string key = api::random_id();
+  const std::string keyed = key + address;
+  return api::sha256_hex(std::as_bytes(std::span(keyed))).substr(0, 32);
 }
 
 std::string peer_of(int fd) {

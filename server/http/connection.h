@@ -47,6 +47,10 @@ class Connection {
   std::string peer_;
 };
 
+// Returns a digest of the address, under a key that this process draws at its start and keeps to itself: it is the same
+// for as long as the process runs, and does not tell the address. Thread safe.
+std::string address_tag(const std::string& address);
+
 // Returns the peer's address as bytes to compare: 4 bytes for IPv4; the first 8 for IPv6, since one host may use any
 // address of its /64. Empty: another kind of socket, or not connected any more.
 std::string peer_of(int fd);

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,8 +17,6 @@
 #include "api/response.h"
 #include "server/http/body.h"
 #include "server/http/head.h"
-#include "server/http/outgoing.h"
-#include "server/http/trace.h"
 
 namespace meshgauge::server {
 
@@ -26,6 +27,34 @@ struct MeshSizes {
   std::size_t b = 0;
 };
 
+// W3C Trace Context, level 1: links a request to its client's distributed trace.
+struct Trace {
+  std::string trace_id;   // 32 lower-case hex digits, not all zero
+  std::string parent_id;  // the client's span, 16 hex digits; empty: the trace starts here
+  std::string span_id;    // this request's span
+  bool sampled = false;   // the client records this trace
+  std::string state;      // tracestate, passed on unchanged; empty: none
+};
+
+// Returns the trace of the request's traceparent and tracestate, with a new span. If traceparent is missing, invalid or
+// sent twice: a new trace, and tracestate is ignored. Throws if no random numbers are available.
+Trace continue_trace(const Head& head);
+
+// Returns the value of a traceparent header: version 00, with span_id as the parent.
+std::string traceparent(const Trace& trace);
+
+// Returns the headers that pass the trace on: traceparent, and tracestate if there is one.
+std::vector<std::pair<std::string, std::string>> trace_headers(const Trace& trace);
+
+struct TraceParent {
+  std::string_view trace_id;
+  std::string_view parent_id;
+  bool sampled = false;
+};
+std::optional<TraceParent> parse_traceparent(std::string_view value);  // nullopt: invalid
+// True if it may be passed on: at most 512 bytes of printable ASCII with a '='. Its members are not parsed.
+bool is_tracestate(std::string_view value);
+
 inline constexpr int kNoContent = 204;
 inline constexpr int kNotModified = 304;
 // RFC 9110 sections 8.6 and 15.4.5.
@@ -33,6 +62,12 @@ inline bool has_content(int status) { return status != kNoContent && status != k
 
 // Nothing is wrong with the request: the client may send it again.
 inline bool may_retry(int status) { return status == 429 || status == 503; }
+
+// Bytes, and the object that keeps them alive.
+struct FileBody {
+  std::span<const std::byte> bytes;
+  std::shared_ptr<const void> holder;
+};
 
 struct Exchange;
 
@@ -103,6 +138,9 @@ void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseco
 // Returns a problem if the request has a query; nullopt: it has none. For paths without query parameters: a misplaced
 // option must not be ignored silently.
 std::optional<api::Problem> refuse_query(const Exchange& exchange);
+
+// Returns a server-sent event (text/event-stream) as text, for Response::stream. Precondition: `data` is one line.
+std::string event(std::string_view name, std::string_view data);
 
 // Adds `header` to the response's Vary.
 void add_vary(Response& response, const std::string& header);

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/refused.h"
+#include "api/problem.h"
 
 namespace meshgauge::server {
 

@@ -1,6 +1,5 @@
 #include "server/http/io_pool.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace meshgauge::server {

@@ -2,7 +2,7 @@
 
 #include "api/formats/source.h"
 #include "server/http/head.h"
-#include "server/http/parameters.h"
+#include "server/http/head_values.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {

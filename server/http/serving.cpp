@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <exception>
 #include <utility>
 
 #include "api/digest.h"
-#include "server/http/event_stream.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {
@@ -17,6 +17,7 @@ using api::ProblemKind;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kWriteTime{30'000};  // for a response, or a piece of a stream
+constexpr std::size_t kFilePiece = std::size_t{1} << 20;
 constexpr milliseconds kFilePieceTime{10'000};
 constexpr std::size_t kLeastFileBytesPerMs = 512;
 // Other requests wait for the place and the bytes that an upload holds: it may stop for this share of its time.
@@ -79,6 +80,13 @@ std::string head_of(const Response& response, std::string_view framing, std::str
   return head.append("\r\n");
 }
 
+// RFC 9112 section 7.1. Precondition: `piece` is not empty, since an empty chunk ends a body.
+std::string chunk(std::string_view piece) {
+  char size[20];
+  std::snprintf(size, sizeof size, "%zx\r\n", piece.size());
+  return size + std::string(piece) + "\r\n";
+}
+
 }  // namespace
 
 Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms) {
@@ -100,6 +108,28 @@ Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms) {
   }
   return {
       ProblemKind::request_timeout, "the " + what + " did not arrive within " + std::to_string(time_ms) + " ms", {}};
+}
+
+Transport::Step Outgoing::write(Transport& transport, std::string_view bytes, std::size_t& sent) {
+  while (sent < bytes.size()) {
+    const Transport::Moved moved = transport.write(bytes.substr(sent));
+    if (moved.step != Transport::Step::done) return moved.step;
+    sent += moved.bytes;
+    written_ += moved.bytes;
+  }
+  return Transport::Step::done;
+}
+
+Transport::Step Outgoing::write(Transport& transport) {
+  if (const auto step = write(transport, text_, text_sent_); step != Transport::Step::done) return step;
+  text_.clear();
+  text_sent_ = 0;
+  const std::string_view rest(reinterpret_cast<const char*>(file_.bytes.data()), file_.bytes.size());
+  std::size_t sent = 0;
+  const auto step = write(transport, rest.substr(0, std::min(rest.size(), kFilePiece)), sent);
+  file_.bytes = file_.bytes.subspan(sent);
+  if (file_.bytes.empty()) file_ = {};
+  return step;
 }
 
 Serving::Serving(Edge& edge, Connection& connection, Head head, const std::optional<Problem>& refusal,

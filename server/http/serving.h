@@ -2,17 +2,20 @@
 // waits: advance() does what can be done now, and says what to wait for.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <variant>
 
 #include "api/problem.h"
 #include "server/http/connection.h"
 #include "server/http/edge.h"
 #include "server/http/exchange.h"
-#include "server/http/outgoing.h"
+#include "server/http/transport.h"
 
 namespace meshgauge::server {
 
@@ -22,6 +25,29 @@ enum class Lost { closed, timeout, stalled, aborted, peer_limit };
 // Returns the problem of a head or body (`what` names which) that did not arrive. `time_ms`: the limit, for the
 // message.
 api::Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms);
+
+// What is to be sent to one client: text, then perhaps a file.
+class Outgoing {
+ public:
+  void add(std::string text) { text_.empty() ? text_ = std::move(text) : text_ += text; }  // precondition: no file
+  void add(FileBody file) { file_ = std::move(file); }
+
+  // Writes as much as the socket takes, up to 1 MiB of a file. Does not block. done: that is written; empty() says
+  // whether more is left.
+  Transport::Step write(Transport& transport);
+
+  bool empty() const { return text_.size() == text_sent_ && file_.bytes.empty(); }
+  bool has_file() const { return !file_.bytes.empty(); }
+  std::uint64_t written() const { return written_; }  // in all
+
+ private:
+  Transport::Step write(Transport& transport, std::string_view bytes, std::size_t& sent);
+
+  std::string text_;
+  std::size_t text_sent_ = 0;
+  FileBody file_;
+  std::uint64_t written_ = 0;
+};
 
 class Serving {
  public:

@@ -8,7 +8,7 @@
 #include <cerrno>
 
 #include "server/base/share.h"
-#include "server/store/errors.h"
+#include "server/store/data_folder.h"
 
 namespace meshgauge::server {
 namespace {

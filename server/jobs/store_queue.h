@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "server/measure/store_errors.h"
+#include "server/measure/stores.h"
 #include "server/store/job_store.h"
 
 namespace meshgauge::server {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "server/measure/live_job.h"
-#include "server/measure/store_errors.h"
+#include "server/measure/stores.h"
 #include "server/observe/metrics.h"
 #include "server/store/job_store.h"
 #include "server/store/signals.h"

@@ -5,11 +5,9 @@
 #include <tuple>
 #include <utility>
 
-#include "api/processors.h"
+#include "api/machine.h"
 #include "api/refused.h"
-#include "server/access/cors.h"
-#include "server/access/origin_check.h"
-#include "server/settings/memory_plan.h"
+#include "server/access/origins.h"
 #include "server/store/conninfo.h"
 
 namespace meshgauge::server {

@@ -7,7 +7,7 @@
 namespace meshgauge::server {
 
 // Returns the settings with values for `workers`, `parsers` and `simd` in place of 0 and auto, and those of
-// memory_plan.h. An Error names the flag of a value that is out of range, contradicts another one, or asks for an
+// plan_memory(). An Error names the flag of a value that is out of range, contradicts another one, or asks for an
 // instruction set that this processor lacks.
 Result<Settings> checked(Settings settings);
 

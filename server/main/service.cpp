@@ -1,13 +1,10 @@
 #include "server/main/service.h"
 
-#include "server/handlers/options.h"
-#include "server/main/open_stores.h"
 #include "server/main/wiring.h"
 #include "server/maps/spare_room.h"
 #include "server/observe/log.h"
 #include "server/sandbox/pool.h"
-#include "server/settings/memory_plan.h"
-#include "server/web/openapi.h"
+#include "server/web/embedded.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {

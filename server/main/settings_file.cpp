@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "api/refused.h"
-#include "api/text_file.h"
+#include "api/whole_file.h"
 #include "server/http/text.h"
 #include "server/store/conninfo.h"
 

@@ -1,28 +1,39 @@
-// Parts that `serve` and `worker` set up alike: the process, the pool of reader processes, loading of meshes, the
-// listening socket, and signals.
+// Parts that `serve` and `worker` set up alike: the process, the stores, the pool of reader processes, loading of
+// meshes, the listening socket, and signals.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/result.h"
 #include "server/access/access.h"
-#include "server/access/origin_check.h"
+#include "server/access/origins.h"
 #include "server/http/http_guard.h"
 #include "server/http/tls.h"
 #include "server/measure/measuring.h"
 #include "server/measure/mesh_cache.h"
+#include "server/measure/stores.h"
 #include "server/observe/metrics.h"
 #include "server/sandbox/pool.h"
 #include "server/settings/settings.h"
+#include "server/store/forms/stores.h"
 
 namespace meshgauge::server {
 
 // Blocks signals in this thread and those it starts; sets up heap (server/base/heap.h) and digests. Call before any
 // thread starts.
 void set_up_process(const Settings& settings);
+
+// Opens the stores of a process: embedded in data_dir, or on PostgreSQL and S3, as the settings say. Precondition:
+// settings come from checked(). An Error names what cannot be opened.
+Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings);
+
+// Returns the view of the stores that handlers and jobs use. Borrows everything; `maps` may be null.
+Stores stores_of(store::AllStores& all, MeshCache& cache, MapCache* maps);
 
 // `command`: the command line of the spawner of reader processes, a program that calls sandbox::run_spawner().
 sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command);

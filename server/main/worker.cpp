@@ -15,11 +15,9 @@
 #include "server/base/heap.h"
 #include "server/handlers/readiness.h"
 #include "server/jobs/upkeep.h"
-#include "server/main/open_stores.h"
 #include "server/main/status_port.h"
 #include "server/main/wiring.h"
 #include "server/observe/log.h"
-#include "server/settings/memory_plan.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {

@@ -5,8 +5,8 @@
 #include <new>
 #include <utility>
 
+#include "api/compare.h"
 #include "api/deviation_glb.h"
-#include "api/measured_pair.h"
 #include "api/problem.h"
 #include "server/observe/log.h"
 

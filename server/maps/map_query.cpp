@@ -1,7 +1,6 @@
 #include "server/maps/map_query.h"
 
-#include "api/refused.h"
-#include "server/http/query.h"
+#include "server/http/head_values.h"
 
 namespace meshgauge::server {
 namespace {

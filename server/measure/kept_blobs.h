@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "server/access/access.h"
-#include "server/measure/store_errors.h"
 #include "server/measure/stores.h"
 
 namespace meshgauge::server {

@@ -1,5 +1,5 @@
-// A job in this process. The thread that runs it, or the watcher of the store, updates it; clients wait for changes and
-// read it. Thread safe, except for the members that the worker owns.
+// A job in this process, made of a request or of a row of the store. The thread that runs it, or the watcher of the
+// store, updates it; clients wait for changes and read it. Thread safe, except for the members that the worker owns.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,10 @@
 #include "server/http/exchange.h"
 #include "server/measure/mesh_source.h"
 #include "server/measure/scheduler.h"
+#include "server/settings/settings.h"
+#include "server/store/blob_store.h"
 #include "server/store/job_store.h"
+#include "server/store/mesh_index.h"
 
 namespace meshgauge::server {
 
@@ -35,6 +38,12 @@ struct JobView {
 
 // Progress with bounds that this process's engine has certified.
 store::Progress certified(double lower, double upper, std::string stage);
+
+// Returns store::BatchItem::work of the job as this process would run it: equal for jobs with the same result, so it
+// depends on this process's version. The process that inserts a job stores its own key. The worker that has run the job
+// stores its own key again, because during an upgrade it may have another version: results are found by the version
+// that computed them.
+std::string work_of(const store::NewJob& job);
 
 class LiveJob {
  public:
@@ -93,5 +102,20 @@ class LiveJob {
   std::optional<Scheduler::Slot> place_;
   std::vector<std::weak_ptr<const std::function<void()>>> wakes_;
 };
+
+// Applies the settings that limit every comparison.
+api::Request limited(api::Request request, const Settings& settings);
+
+// Returns a job to run, without its bytes. A job whose options this version does not understand has a defect, and fails
+// when it runs. `waited`: the time that it has waited in the store.
+std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& settings,
+                                     std::chrono::milliseconds waited = {});
+
+// Marks the meshes that are worth caching: those that their owner has stored as meshes.
+Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes);
+
+// Opens the blobs of its meshes: a waiting job holds neither memory nor descriptors. A mesh that no longer exists is
+// left without a holder.
+Result<Done> open_blobs(LiveJob& job, store::BlobStore& blobs);
 
 }  // namespace meshgauge::server

@@ -6,17 +6,18 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
+#include <streambuf>
 
 #include "api/descriptor.h"
 #include "api/digest.h"
 #include "server/http/upload.h"
-#include "server/measure/file_buffer.h"
 #include "server/store/data_folder.h"
-#include "server/store/errors.h"
-#include "server/store/rights.h"
 
 namespace meshgauge::server {
 namespace {
@@ -37,6 +38,49 @@ Result<MapCache::File> mapped(Descriptor file) {
   if (start == MAP_FAILED) return not_written(errno);
   return MapCache::File(
       std::make_shared<const store::Blob>(std::move(file), std::span(static_cast<const std::byte*>(start), size)));
+}
+
+// A buffer for a std::ostream that writes to a borrowed descriptor.
+class FileBuffer final : public std::streambuf {
+ public:
+  explicit FileBuffer(int file) : file_(file) { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
+
+  // Writes the rest. false: a write failed; error_number() has its errno.
+  bool finish() { return flush_buffer(); }
+  int error_number() const { return error_number_; }
+
+ private:
+  int_type overflow(int_type c) override;
+  std::streamsize xsputn(const char* bytes, std::streamsize count) override;
+  int sync() override { return flush_buffer() ? 0 : -1; }
+  bool flush_buffer();
+  bool write_all(const char* bytes, std::size_t count);
+
+  const int file_;
+  int error_number_ = 0;
+  std::array<char, std::size_t{64} << 10> buffer_;
+};
+
+FileBuffer::int_type FileBuffer::overflow(int_type c) {
+  if (!flush_buffer()) return traits_type::eof();
+  if (!traits_type::eq_int_type(c, traits_type::eof())) sputc(traits_type::to_char_type(c));
+  return traits_type::not_eof(c);
+}
+
+std::streamsize FileBuffer::xsputn(const char* bytes, std::streamsize count) {
+  if (count <= epptr() - pptr()) return std::streambuf::xsputn(bytes, count);
+  return flush_buffer() && write_all(bytes, static_cast<std::size_t>(count)) ? count : 0;
+}
+
+bool FileBuffer::flush_buffer() {
+  const auto waiting = static_cast<std::size_t>(pptr() - pbase());
+  setp(buffer_.data(), buffer_.data() + buffer_.size());
+  return write_all(buffer_.data(), waiting);
+}
+
+bool FileBuffer::write_all(const char* bytes, std::size_t count) {
+  if (error_number_ == 0 && !meshgauge::write_all(file_, std::as_bytes(std::span(bytes, count)))) error_number_ = errno;
+  return error_number_ == 0;
 }
 
 Result<MapCache::File> written(Descriptor file, const MapCache::Write& write) {

@@ -3,7 +3,7 @@
 // A job reserves step by step, as it learns what it needs: for the process that reads a file, and for each mesh once
 // its reader has counted it. A step that does not fit fails: the job gives everything back, waits in order for all that
 // it knows it needs, and begins again. So a job never waits while it holds memory, and no two jobs wait for each other.
-// The memory of searches is set aside for each thread (memory_plan.h).
+// The memory of searches is set aside for each thread (plan_memory(), server/settings/settings.h).
 //
 // Order: the job that waits longest is next. Small jobs pass large ones that wait, within an eighth of the budget that
 // large jobs never get; so a large job neither blocks small ones nor is kept waiting by them.
@@ -18,7 +18,7 @@
 
 #include "engine/control.h"
 #include "engine/result.h"
-#include "server/sandbox/memory.h"
+#include "server/sandbox/reading.h"
 
 namespace meshgauge::server {
 

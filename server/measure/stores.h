@@ -1,8 +1,14 @@
-// The stores and caches of a service, for its handlers.
+// The stores and caches of a service, for its handlers, and their errors.
 #pragma once
 
+#include <chrono>
+#include <mutex>
+#include <string>
+
+#include "engine/result.h"
 #include "server/measure/map_cache.h"
 #include "server/measure/mesh_cache.h"
+#include "server/observe/metrics.h"
 #include "server/store/batch_store.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
@@ -22,6 +28,25 @@ struct Stores {
   MapCache* maps = nullptr;              // null: no deviation maps are made
   store::BatchStore* batches = nullptr;  // null: there are no batches
   store::Listings* listings = nullptr;   // null: nothing is listed
+};
+
+// Counts and logs errors of the store. Repetitions of one message are logged once in a while. Thread safe.
+class StoreErrors {
+ public:
+  explicit StoreErrors(Metrics& metrics) : metrics_(metrics) {}  // borrows it
+
+  // Notes the error of any Result, if it has one.
+  void note(const auto& result) {
+    if (!result) failed(result.error());
+  }
+
+ private:
+  void failed(const Error& error);
+
+  Metrics& metrics_;
+  std::mutex mutex_;
+  std::string last_;
+  std::chrono::steady_clock::time_point logged_;
 };
 
 }  // namespace meshgauge::server

@@ -2,20 +2,89 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <concepts>
+#include <cstdio>
 #include <exception>
+#include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "api/utc.h"
 #include "server/base/heap.h"
-#include "server/observe/json_line.h"
 #include "server/observe/log_queue.h"
 
 namespace meshgauge::server {
 namespace {
+
+bool is_plain(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; });
+}
+
+// Writes one line of JSON from front to back. It takes a quarter of the time of an nlohmann document, and the log has a
+// line for every request.
+class JsonLine {
+ public:
+  JsonLine() : text_("{") {}
+
+  // Precondition of all: `name` needs no escapes. A text value may be any bytes: control characters are escaped, bytes
+  // that are not UTF-8 are replaced.
+  JsonLine& add(std::string_view name, std::string_view value) {
+    begin(name);
+    if (is_plain(value)) {
+      text_.append("\"").append(value).append("\"");
+    } else {
+      text_ += nlohmann::json(value).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+    }
+    return *this;
+  }
+  JsonLine& add(std::string_view name, std::integral auto value) { return add_plain(name, std::to_string(value)); }
+  JsonLine& add_bool(std::string_view name, bool value) { return add_plain(name, value ? "true" : "false"); }
+  JsonLine& add_null(std::string_view name) { return add_plain(name, "null"); }
+
+  // With three decimals; null if not finite.
+  JsonLine& add_ms(std::string_view name, double ms) {
+    if (!std::isfinite(ms)) return add_null(name);
+    std::array<char, 400> text{};  // the largest double has 309 digits
+    const int n = std::snprintf(text.data(), text.size(), "%.3f", ms);
+    return add_plain(name, {text.data(), static_cast<std::size_t>(n)});
+  }
+
+  // Begins an object that close() ends.
+  JsonLine& open(std::string_view name) {
+    begin(name);
+    text_ += '{';
+    return *this;
+  }
+  JsonLine& close() {
+    text_ += '}';
+    return *this;
+  }
+
+  // The line, newline included.
+  std::string finish() && {
+    text_ += "}\n";
+    return std::move(text_);
+  }
+
+ private:
+  JsonLine& add_plain(std::string_view name, std::string_view value) {
+    begin(name);
+    text_ += value;
+    return *this;
+  }
+  void begin(std::string_view name) {
+    if (text_.back() != '{') text_ += ',';
+    text_.append("\"").append(name).append("\":");
+  }
+
+  std::string text_;
+};
 
 std::atomic<std::uint64_t> lost_lines{0};
 

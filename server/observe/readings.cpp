@@ -1,11 +1,22 @@
 #include "server/observe/readings.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <iterator>
+#include <sstream>
+#include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "engine/hausdorff.h"
 #include "server/observe/log.h"
-#include "server/observe/process.h"
 
 namespace meshgauge::server {
 namespace {
@@ -74,6 +85,58 @@ void append_sandbox(const sandbox::Counters& counters, std::vector<MetricFamily>
     ended.metric.push_back(sample(MetricType::Counter, count(counters.ended[end]), {{"outcome", outcome}}));
   }
   families.push_back(std::move(ended));
+}
+
+// Resource usage of this process, as the kernel reports it. A field is 0 if /proc does not have it.
+struct ProcessFacts {
+  std::uint64_t resident_bytes = 0;
+  std::uint64_t virtual_bytes = 0;
+  std::uint64_t open_descriptors = 0;
+  std::uint64_t most_descriptors = 0;  // the limit RLIMIT_NOFILE
+  std::uint64_t threads = 0;
+  double cpu_seconds = 0;  // of all threads, user and system
+  double started = 0;      // seconds since 1970
+};
+
+double seconds_of(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+// The fields of /proc/self/stat from the third on: the second is the program's name, which may hold anything.
+std::vector<std::string> stat_fields() {
+  std::ifstream file("/proc/self/stat");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  std::istringstream rest(text.substr(text.rfind(')') + 1));
+  return {std::istream_iterator<std::string>(rest), {}};
+}
+
+std::uint64_t number(const std::string& text) { return std::strtoull(text.c_str(), nullptr, 10); }
+
+void read_stat(ProcessFacts& facts) {
+  const auto fields = stat_fields();
+  constexpr std::size_t kThreads = 17, kVirtual = 20, kResident = 21;  // proc(5), less three
+  if (fields.size() <= kResident) return;
+  facts.threads = number(fields[kThreads]);
+  facts.virtual_bytes = number(fields[kVirtual]);
+  facts.resident_bytes = number(fields[kResident]) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+const auto kStarted = std::chrono::system_clock::now();  // before main()
+
+ProcessFacts process_facts() {
+  ProcessFacts facts;
+  facts.started = std::chrono::duration<double>(kStarted.time_since_epoch()).count();
+  read_stat(facts);
+  std::error_code error;
+  const std::filesystem::directory_iterator open("/proc/self/fd", error);
+  // Less the descriptor of the iterator itself.
+  if (!error) facts.open_descriptors = static_cast<std::uint64_t>(std::distance(begin(open), end(open))) - 1;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) facts.most_descriptors = limit.rlim_cur;
+  rusage usage{};
+  if (::getrusage(RUSAGE_SELF, &usage) == 0)
+    facts.cpu_seconds = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
+  return facts;
 }
 
 // The standard metrics of Prometheus' client libraries.

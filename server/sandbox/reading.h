@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,12 +11,26 @@
 
 #include "api/digest.h"
 #include "api/load.h"
-#include "server/sandbox/memory.h"
+#include "engine/result.h"
 #include "server/sandbox/protocol.h"
 #include "server/sandbox/spawner_client.h"
 #include "server/sandbox/window.h"
 
 namespace meshgauge::server::sandbox {
+
+// What a reading asks for before it takes memory. An Error ends the reading, and is its result. For the thread that
+// reads.
+class Memory {
+ public:
+  virtual ~Memory() = default;
+
+  // For the process that reads, in place of all that was taken since end_reader(): an earlier process's attempt at the
+  // same file has failed. Returns the limit of its memory, at most `bytes`.
+  virtual Result<std::uint64_t> take_reader(std::uint64_t bytes) = 0;
+  virtual void end_reader() = 0;  // the process has ended; its mesh stays
+  // For the mesh, in this process, before its arrays come.
+  virtual Result<Done> take_mesh(std::uint64_t vertices, std::uint64_t triangles) = 0;
+};
 
 // How a reading ended.
 enum class End {

@@ -1,5 +1,6 @@
-// The settings of the service, with their defaults. Each field is a flag of `meshgauge serve`, an environment variable
-// and a line of a file: max_part_bytes is --max-part-bytes, MESHGAUGE_MAX_PART_BYTES and max_part_bytes.
+// The settings of the service, with their defaults, and how those of memory follow the machine. Each field is a flag of
+// `meshgauge serve`, an environment variable and a line of a file: max_part_bytes is --max-part-bytes,
+// MESHGAUGE_MAX_PART_BYTES and max_part_bytes.
 #pragma once
 
 #include <cstdint>
@@ -183,5 +184,22 @@ inline bool is_distributed(const Settings& settings) { return !settings.database
 // Maximum number of files sent to clients at the same time: half of the I/O threads.
 // Precondition: settings come from checked().
 std::uint64_t max_files_sent(const Settings& settings);
+
+struct MachineMemory {
+  std::uint64_t bytes = 0;           // that this process and its readers may use
+  bool uploads_take_memory = false;  // temp_dir is on a tmpfs
+};
+
+MachineMemory machine_memory(const std::string& temp_dir);
+
+// Fills in `max_memory_bytes` and `parser_memory_bytes` in place of 0, and lowers `max_cache_bytes`, `max_upload_bytes`
+// and `max_heap_bytes` to what the machine can spare. Precondition: `workers` is not 0.
+void plan_memory(const MachineMemory& machine, Settings& settings);
+
+// What `max_memory_bytes` leave for meshes and readers when each thread that measures has its `max_heap_bytes`.
+std::uint64_t memory_for_meshes(const Settings& settings);
+
+// For the log: what the machine has, and how it is divided.
+std::string memory_text(const Settings& settings);
 
 }  // namespace meshgauge::server

@@ -5,7 +5,7 @@
 
 #include <cerrno>
 
-#include "server/store/errors.h"
+#include "server/store/data_folder.h"
 #include "server/store/remote_blobs.h"
 
 namespace meshgauge::server::store {

@@ -13,9 +13,7 @@
 
 #include "api/digest.h"
 #include "server/store/data_folder.h"
-#include "server/store/errors.h"
 #include "server/store/remote_blobs.h"
-#include "server/store/rights.h"
 
 namespace meshgauge::server::store {
 namespace {

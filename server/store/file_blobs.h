@@ -4,7 +4,7 @@
 //   <root>/<SHA-256 of the owner>/<first two digits>/<id>     complete, synced, never changed
 //
 // No name from outside becomes part of a path: owners are hashed, and an id has 64 hex digits or names no blob.
-// rights.h has the modes. A file's time of modification is when it was last put or renewed.
+// data_folder.h has the modes. A file's time of modification is when it was last put or renewed.
 #pragma once
 
 #include <array>

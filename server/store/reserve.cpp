@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "server/store/errors.h"
-#include "server/store/rights.h"
+#include "server/store/data_folder.h"
 
 namespace meshgauge::server::store {
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
+#include <utility>
 
 #include "server/store/job_store.h"
 
@@ -31,6 +33,25 @@ class Signals {
   //   cancel   request_cancel() and cancel_batch(), of running jobs
   virtual void listen(Hear hear) = 0;
   virtual void stop_listening() = 0;
+};
+
+// Signals within one process, on the sender's thread.
+class MemorySignals final : public Signals {
+ public:
+  void listen(Hear hear) override {
+    const std::lock_guard lock(mutex_);
+    hear_ = std::move(hear);
+  }
+  void stop_listening() override { listen(nullptr); }
+
+  void tell(Signal::Kind kind, const JobKey& job = {}) {
+    const std::lock_guard lock(mutex_);
+    if (hear_) hear_({kind, job});
+  }
+
+ private:
+  std::mutex mutex_;  // held while `hear_` runs
+  Hear hear_;
 };
 
 }  // namespace meshgauge::server::store

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <utility>
 
 #include <sqlite3.h>
 
-#include "server/store/errors.h"
+#include "server/store/data_folder.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -95,6 +96,25 @@ std::uint64_t Query::run() {
 std::optional<TimePoint> Query::time_if_any(int column) const {
   if (is_null(column)) return std::nullopt;
   return time(column);
+}
+
+std::unique_ptr<Connection> Readers::take() {
+  std::unique_lock lock(mutex_);
+  returned_.wait(lock, [this] { return taken_ < kMost; });
+  ++taken_;
+  if (idle_.empty()) return nullptr;
+  std::unique_ptr<Connection> connection = std::move(idle_.back());
+  idle_.pop_back();
+  return connection;
+}
+
+void Readers::give_back(std::unique_ptr<Connection> connection) {
+  {
+    const std::lock_guard lock(mutex_);
+    --taken_;
+    if (connection) idle_.push_back(std::move(connection));
+  }
+  returned_.notify_one();
 }
 
 }  // namespace meshgauge::server::store

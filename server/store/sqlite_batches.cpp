@@ -1,7 +1,6 @@
 // SqliteStore: BatchStore.
 #include <algorithm>
 
-#include "server/store/job_rows.h"
 #include "server/store/rows.h"
 #include "server/store/sqlite_store.h"
 #include "server/store/transitions.h"

@@ -1,3 +1,4 @@
+// SqliteStore, except for BatchStore (sqlite_batches.cpp).
 #include "server/store/sqlite_store.h"
 
 #include <fcntl.h>
@@ -8,9 +9,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "server/store/errors.h"
-#include "server/store/job_rows.h"
-#include "server/store/rights.h"
+#include "server/store/data_folder.h"
 #include "server/store/rows.h"
 #include "server/store/schema.h"
 #include "server/store/transitions.h"
@@ -133,7 +132,76 @@ bool end_job(Connection& connection, const Token& token, const Ending& ending) {
 constexpr auto kCancelJob =
     "UPDATE jobs SET" + kCancel + " WHERE owner = $1 AND id = $2 AND " + kCancellable + " RETURNING state";
 
+constexpr auto kInsertEnded = "INSERT INTO jobs (" + kJobColumns + R"sql(, rank)
+    VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23,
+      $24, $25, $26, $27, $28, $29, $30, $31, $32)
+    ON CONFLICT DO NOTHING)sql";
+
+// Nothing changes if the job is there already.
+void insert_ended_row(Connection& connection, const Job& job) {
+  const std::optional<Progress>& at = job.progress;
+  connection
+      .query(kInsertEnded, job.key.owner, job.key.id, job.state, job.mesh_a, job.mesh_b, job.hints, job.options,
+             job.cost, none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created,
+             job.expires_if_never_run, job.tries, std::string(), job.cancel_requested, job.started, job.finished,
+             job.expires, at ? std::optional(at->lower) : std::nullopt, at ? std::optional(at->upper) : std::nullopt,
+             at ? std::optional(at->stage) : std::nullopt, job.document, job.problem, job.last_error, job.batch,
+             job.deadline, job.verdict, 0, at ? at->by : std::string(), client_of(job), rank_of(job))
+      .run();
+}
+
+// Moves the times of a mesh forward, never back.
+void use_mesh(Connection& connection, const BlobKey& key, TimePoint last_used, TimePoint expires) {
+  connection
+      .query(
+          "UPDATE meshes SET last_used = max(last_used, $3), expires = max(expires, $4) WHERE owner = $1 AND id = $2",
+          key.owner, key.id, last_used, expires)
+      .run();
+}
+
+constexpr auto kFindHeld = "SELECT" + kLossColumns + R"sql(
+    FROM (SELECT $1 AS owner, $2 AS id, $3 AS worker, $4 AS tries) AS given CROSS JOIN jobs
+    WHERE )sql" + kHeld;
+constexpr auto kFindLost = "SELECT" + kLossColumns + " FROM jobs WHERE " + kLost;
+constexpr auto kHandBackJob = "UPDATE jobs SET" + kHandBack + R"sql(
+    FROM (SELECT $4 AS number, $5 AS state, $6 AS excused) AS given
+    WHERE jobs.number = given.number)sql";
+
+void hand_back(Connection& connection, const std::vector<LostJob>& lost, const std::string& why, Moment moment) {
+  for (const LostJob& job : lost) {
+    connection.query(kHandBackJob, why, moment.now, moment.keep_until, job.number, job.after.state, job.after.excused)
+        .run();
+  }
+}
+
+constexpr auto kFindQueued =
+    "SELECT" + kJobColumns + " FROM jobs WHERE state = 0 AND batch = '' ORDER BY created, number";
+constexpr auto kGiveUpJobs = "UPDATE jobs SET" + kGiveUp + " WHERE " + kNeverRun + " RETURNING owner, id";
+constexpr auto kRemoveExpired =
+    "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE " + kExpired + " LIMIT $2)";
+constexpr auto kRemoveBeyondShare =
+    "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = $1 ORDER BY" + kGoesFirst +
+    " LIMIT $2)";
+
+constexpr Sql kRemoveMeshes(R"sql(
+    DELETE FROM meshes
+    WHERE (owner, id) IN (SELECT owner, id FROM meshes WHERE expires <= $1 LIMIT $2)
+    RETURNING owner, id)sql");
+
 }  // namespace
+
+bool insert_row(Connection& connection, const NewJob& job, const std::string& work) {
+  return connection
+             .query(R"sql(
+    INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
+      created, expires_if_never_run, batch, deadline, work, client)
+    VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)
+    ON CONFLICT DO NOTHING)sql",
+                    job.key.owner, job.key.id, JobState::queued, job.mesh_a, job.mesh_b, job.hints, job.options,
+                    job.cost, rank_of(job), none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created,
+                    job.expires_if_never_run, job.batch, job.deadline, work, client_of(job))
+             .run() == 1;
+}
 
 Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const SqliteSettings& settings) {
   Result<Done> made = make_private_file(settings.path);
@@ -246,6 +314,197 @@ Result<bool> SqliteStore::forget(const JobKey& key) {
       },
       Writer::Promise::removal);
   return held && removed ? Result<bool>(true) : removed;
+}
+
+Result<std::optional<JobState>> SqliteStore::hand_back(const Token& token, const std::string& last_error,
+                                                       Moment moment) {
+  const auto state = writer_.write([&](Connection& connection) -> std::optional<JobState> {
+    const auto lost = lost_jobs(connection.query(kFindHeld, token.key.owner, token.key.id, token.worker, token.tries),
+                                false, last_error);
+    store::hand_back(connection, lost, last_error, moment);
+    return lost.empty() ? std::nullopt : std::optional(lost.front().after.state);
+  });
+  if (!state || !*state) return state;
+  signals_.tell(Signal::Kind::changed, token.key);
+  if (**state == JobState::queued) signals_.tell(Signal::Kind::work);
+  return state;
+}
+
+Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
+                                              Moment moment) {
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
+  auto queued = writer_.write([&](Connection& connection) {
+    const auto lost = lost_jobs(connection.query(kFindLost, dead_workers, moment.now), true, why);
+    store::hand_back(connection, lost, why, moment);
+    return jobs_of(connection.query(kFindQueued));
+  });
+  signals_.tell(Signal::Kind::missed);
+  signals_.tell(Signal::Kind::work);
+  return queued;
+}
+
+Result<Counts> SqliteStore::counts() {
+  Result<Counts> counts = readers_.read(count_jobs<Connection>);
+  if (!counts) return counts;
+  behind_.add_to(*counts);
+  return counts;
+}
+
+Result<std::uint64_t> SqliteStore::unended(const std::string& owner, TimePoint now) {
+  return readers_.read([&](Connection& connection) { return count_unended(connection, owner, now); });
+}
+
+Result<std::vector<BlobKey>> SqliteStore::used_blobs() { return readers_.read(find_used_blobs<Connection>); }
+
+Result<std::vector<BlobKey>> SqliteStore::known_blobs() { return readers_.read(find_known_blobs<Connection>); }
+
+Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
+  return readers_.read([&](Connection& connection) { return connection.query(kUsesBlob, key.owner, key.id).next(); });
+}
+
+Result<std::uint64_t> SqliteStore::remove_in_portions(
+    const std::function<Result<std::uint64_t>(std::int64_t most)>& remove) {
+  std::uint64_t removed = 0;
+  std::int64_t most = kPortion;
+  while (true) {
+    Result<std::uint64_t> portion = remove(most);
+    if (!portion && portion.error().code == ErrorCode::storage_full && most > 1) {
+      most = std::max<std::int64_t>(1, most / 10);  // what fits into the reserve
+      continue;
+    }
+    if (!portion) return portion;
+    removed += *portion;
+    if (*portion < static_cast<std::uint64_t>(most)) return removed;
+  }
+}
+
+// Counts beside the writer: other writes do not wait for it.
+Result<std::uint64_t> SqliteStore::remove_beyond_share(std::uint64_t max_kept, std::int64_t most) {
+  const auto kept = readers_.read(count_kept<Connection>);
+  if (!kept) return kept.error();
+  const std::vector<Kept> beyond = beyond_share(*kept, max_kept, static_cast<std::uint64_t>(most));
+  if (beyond.empty()) return std::uint64_t{0};
+  return writer_.write(
+      [&](Connection& connection) {
+        std::uint64_t removed = 0;
+        for (const auto& [owner, jobs] : beyond) removed += connection.query(kRemoveBeyondShare, owner, jobs).run();
+        return removed;
+      },
+      Writer::Promise::removal);
+}
+
+Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
+  const auto given_up = writer_.write(
+      [&](Connection& connection) {
+        return keys_of<JobKey>(connection.query(kGiveUpJobs, moment.now, moment.keep_until));
+      },
+      Writer::Promise::removal);
+  if (!given_up) return given_up.error();
+  for (const JobKey& key : *given_up) signals_.tell(Signal::Kind::changed, key);
+  Result<std::uint64_t> expired = remove_in_portions([&](std::int64_t most) {
+    return writer_.write(
+        [&](Connection& connection) { return connection.query(kRemoveExpired, moment.now, most).run(); },
+        Writer::Promise::removal);
+  });
+  if (!expired) return expired.error();
+  Result<std::uint64_t> over_cap =
+      remove_in_portions([&](std::int64_t most) { return remove_beyond_share(max_kept, most); });
+  if (!over_cap) return over_cap.error();
+  return SweptJobs{*expired, *over_cap, given_up->size()};
+}
+
+Result<Origin> SqliteStore::origin() { return readers_.read(find_origin<Connection>); }
+
+Result<Done> SqliteStore::doubt(std::optional<TimePoint> since) {
+  return writer_.write([&](Connection& connection) {
+    connection.query("UPDATE origin SET doubted = $1", since).run();
+    return Done{};
+  });
+}
+
+Result<Done> SqliteStore::check() {
+  return writer_.write([](Connection& connection) {
+    connection.query("INSERT INTO checks VALUES (1, $1) ON CONFLICT (id) DO UPDATE SET at = excluded.at", now()).run();
+    return Done{};
+  });
+}
+
+Result<PutMesh> SqliteStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {
+  return writer_.write([&](Connection& connection) {
+    if (find_mesh(connection, row.key)) {
+      use_mesh(connection, row.key, row.last_used, row.expires);
+      return PutMesh{MeshPut::existed, *find_mesh(connection, row.key)};
+    }
+    const MeshPut what = fits(find_stored(connection, row.key.owner), row.bytes, quota);
+    if (what != MeshPut::created) return PutMesh{what, row};
+    connection
+        .query("INSERT INTO meshes VALUES ($1, $2, $3, $4, $5, $6, $7, $8)", row.key.owner, row.key.id, row.bytes,
+               row.media_type, row.file_name, row.created, row.last_used, row.expires)
+        .run();
+    return PutMesh{MeshPut::created, row};
+  });
+}
+
+Result<std::optional<MeshRow>> SqliteStore::get_mesh(const BlobKey& key) {
+  return readers_.read([&](Connection& connection) { return find_mesh(connection, key); });
+}
+
+Result<bool> SqliteStore::delete_mesh(const BlobKey& key) {
+  return writer_.write(
+      [&](Connection& connection) {
+        return connection.query("DELETE FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id).run() == 1;
+      },
+      Writer::Promise::removal);
+}
+
+Result<StoredMeshes> SqliteStore::stored(const std::string& owner) {
+  return readers_.read([&](Connection& connection) { return find_stored(connection, owner); });
+}
+
+Result<std::uint64_t> SqliteStore::all_stored_bytes() { return readers_.read(count_stored<Connection>); }
+
+// A mesh that was just used must stay, also when a full disk does not take the time of its use.
+Result<std::vector<BlobKey>> SqliteStore::sweep_meshes(TimePoint now) {
+  const Result<Done> flushed = flush();
+  if (!flushed && flushed.error().code != ErrorCode::storage_full) return flushed.error();
+  const WriteBehind::Touches touches = flushed ? WriteBehind::Touches() : behind_.touches();
+  std::vector<BlobKey> removed;
+  const auto swept = remove_in_portions([&](std::int64_t most) -> Result<std::uint64_t> {
+    const auto portion = writer_.write(
+        [&](Connection& connection) {
+          for (const auto& [mesh, touch] : touches) {
+            if (touch.expires > now) use_mesh(connection, mesh, touch.last_used, touch.expires);
+          }
+          return keys_of<BlobKey>(connection.query(kRemoveMeshes, now, most));
+        },
+        Writer::Promise::removal);
+    if (!portion) return portion.error();
+    removed.insert(removed.end(), portion->begin(), portion->end());
+    return portion->size();
+  });
+  if (!swept) return swept.error();
+  return removed;
+}
+
+Result<std::vector<MeshRow>> SqliteStore::list_meshes(const Page& page) {
+  return readers_.read([&](Connection& connection) { return store::list_meshes(connection, page); });
+}
+
+Result<std::vector<ListedJob>> SqliteStore::list_jobs(const Page& page) {
+  return readers_.read([&](Connection& connection) { return store::list_jobs(connection, page); });
+}
+
+Result<std::vector<ListedBatch>> SqliteStore::list_batches(const Page& page) {
+  return readers_.read([&](Connection& connection) { return store::list_batches(connection, page); });
+}
+
+Result<JobsOfOwner> SqliteStore::jobs_owned(const std::string& owner) {
+  return readers_.read([&](Connection& connection) { return count_jobs_of(connection, owner); });
+}
+
+Result<std::uint64_t> SqliteStore::batches_owned(const std::string& owner) {
+  return readers_.read([&](Connection& connection) { return count_batches_of(connection, owner); });
 }
 
 }  // namespace meshgauge::server::store

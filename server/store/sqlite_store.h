@@ -11,11 +11,11 @@
 #include "server/store/batch_store.h"
 #include "server/store/job_store.h"
 #include "server/store/listings.h"
-#include "server/store/memory_signals.h"
 #include "server/store/mesh_index.h"
 #include "server/store/outage.h"
-#include "server/store/readers.h"
 #include "server/store/reserve.h"
+#include "server/store/signals.h"
+#include "server/store/sqlite.h"
 #include "server/store/write_behind.h"
 #include "server/store/writer.h"
 
@@ -102,5 +102,9 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex, 
   Writer writer_;
   WriteBehind behind_;  // destroyed first: it writes until then
 };
+
+// A statement of the jobs and of the batches. `work`: BatchItem::work. false: there is a job of that id or that
+// idempotency key already.
+bool insert_row(Connection& connection, const NewJob& job, const std::string& work);
 
 }  // namespace meshgauge::server::store

@@ -12,8 +12,8 @@
 
 #include "api/digest.h"
 #include "engine/hausdorff.h"
-#include "server/web/assets.h"
-#include "server/web/negotiate.h"
+#include "server/http/head_values.h"
+#include "server/web/embedded.h"
 
 namespace meshgauge::server {
 namespace {

@@ -1,5 +1,5 @@
 // Handlers of the pages: /, on which meshes are compared, and /docs, which shows openapi.yaml by swagger-ui. Both come
-// from the binary (assets.h), and their content security policy allows no other origin.
+// from the binary (embedded.h), and their content security policy allows no other origin.
 #pragma once
 
 #include "server/http/exchange.h"

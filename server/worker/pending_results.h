@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "server/store/job_store.h"
-#include "server/worker/held_job.h"
+#include "server/worker/claim_buffer.h"
 
 namespace meshgauge::server {
 

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "api/load.h"
-#include "server/measure/equal_work.h"
+#include "server/base/heap.h"
 #include "server/measure/kept_blobs.h"
+#include "server/measure/live_job.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {
@@ -19,6 +21,15 @@ using Stage = HeldJob::Stage;
 constexpr milliseconds kProgressInterval{100};
 constexpr std::size_t kMostCancelled = 1000;
 constexpr std::size_t kMostNamed = 50;  // ids in one line of the log
+constexpr milliseconds kFirstPause{100};
+constexpr milliseconds kLongestPause{5'000};
+constexpr seconds kOpeningPause{1};
+constexpr unsigned kOpenings = 3;
+constexpr seconds kBeatAgain{1};  // after a heartbeat that failed
+// Before a job of a batch reports its progress: most end sooner, and no client follows one.
+constexpr seconds kWorthTelling{3};
+// Before a job of a batch reports that it has begun: it may be what ends its worker.
+constexpr milliseconds kBegun{200};
 
 // The last progress, with the final interval.
 store::Progress interval_of(const Outcome& outcome, const std::optional<store::Progress>& seen) {
@@ -31,6 +42,14 @@ std::string list_of(const std::vector<std::string>& ids) {
   std::string list = std::to_string(ids.size()) + (ids.size() == 1 ? " job: " : " jobs: ");
   for (std::size_t i = 0; i < shown; ++i) list += (i == 0 ? "" : ", ") + ids[i];
   return shown == ids.size() ? list : list + " and " + std::to_string(ids.size() - shown) + " more";
+}
+
+// Returns the progress to report; nullopt: none. Precondition: the job has begun, and its worker's mutex is held.
+std::optional<store::Progress> worth_telling(const HeldJob& job) {
+  const auto running_for = HeldJob::Clock::now() - *job.begun;
+  if (!job.in_batch || running_for >= kWorthTelling) return job.live->progress();
+  if (job.told || running_for < kBegun) return job.told;
+  return job.live->progress().value_or(certified(0, std::numeric_limits<double>::infinity(), ""));
 }
 
 }  // namespace
@@ -176,6 +195,175 @@ void Worker::stop(milliseconds timeout) {
   if (!handed_back_.empty()) log_event("handed_back", list_of(handed_back_));
 }
 
+void Worker::claim_in_background() {
+  const NeverFails never_fails;
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    const bool any = !draining_ && !results_.full() && (buffer_.wanted() > 0 || buffer_.wants_guest());
+    if (!any && !(draining_ && claiming_)) {
+      claim_wake_.wait(lock);
+    } else if (Clock::now() < next_claim_) {
+      claim_wake_.wait_until(lock, next_claim_);
+    } else {
+      look_again_ = false;
+      claiming_ = true;
+      const Claim next = any ? next_claim() : Claim();
+      lock.unlock();
+      claim(next);
+      lock.lock();
+      claiming_ = !unsure_.empty();
+      idle_.notify_all();
+    }
+  }
+}
+
+// Precondition: mutex_ is held.
+Worker::Claim Worker::next_claim() {
+  const std::size_t most = buffer_.wanted();
+  if (most > 0) return {most, suspects_now(), store::JobStore::Clients::all};
+  return {1, store::JobStore::Suspects::passed_over, store::JobStore::Clients::with_none_running};
+}
+
+// A suspected job must wait until all others here have ended, which keeps threads idle. So an idle worker should take
+// it; a worker that is never idle asks for one now and then, or none might ever run. Precondition: mutex_ is held.
+store::JobStore::Suspects Worker::suspects_now() {
+  const bool idle = buffer_.running() + buffer_.waiting() == 0;
+  const auto now = Clock::now();
+  if (!idle && now - asked_for_suspects_ < options_.pass_over) return store::JobStore::Suspects::passed_over;
+  asked_for_suspects_ = now;
+  return store::JobStore::Suspects::too;
+}
+
+// Each claim has a name of its own. When a claim fails it is unknown whether it was stored: before the next one, all
+// jobs that run under its name are handed back. A claim of none does that alone.
+void Worker::claim(const Claim& what) {
+  bool through = take_back_unsure();
+  std::vector<HeldJobPtr> claimed;
+  if (through && what.most > 0) {
+    const std::string name = options_.name + "/" + std::to_string(++claims_) + "/";
+    const auto now = stores_.jobs.time();
+    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, what.most, what.suspects, what.clients);
+    through = some.ok();
+    if (some) {
+      for (const store::Claimed& one : *some) {
+        claimed.push_back(held_of(one));
+        claimed.back()->guest = what.clients == store::JobStore::Clients::with_none_running;
+      }
+    } else {
+      unsure_.push_back(name);
+      store_errors_.note(some);
+    }
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (through) {
+      claim_pause_ = milliseconds(0);
+      if (claimed.empty() && !look_again_) next_claim_ = Clock::now() + options_.poll;
+      if (!claimed.empty()) adopt(claimed);
+    } else if (!look_again_ || claim_pause_ > milliseconds(0)) {
+      claim_pause_ = std::clamp(2 * claim_pause_, kFirstPause, kLongestPause);
+      next_claim_ = Clock::now() + claim_pause_;
+    }
+  }
+  for (const HeldJobPtr& job : claimed) {
+    if (job->live->cancel_requested()) cancel(job);
+  }
+}
+
+bool Worker::take_back_unsure() {
+  while (!unsure_.empty()) {
+    const auto now = stores_.jobs.time();
+    const auto back = stores_.jobs.recover(unsure_.back(), "", {now, now + seconds(settings_.result_ttl_s)});
+    store_errors_.note(back);
+    if (!back) return false;
+    unsure_.pop_back();
+  }
+  return true;
+}
+
+// Precondition: mutex_ is held.
+void Worker::adopt(const std::vector<HeldJobPtr>& claimed) {
+  metrics_.worker_claimed(claimed.size());
+  for (const HeldJobPtr& job : claimed) {
+    if (std::find(cancelled_.begin(), cancelled_.end(), job->live->key) != cancelled_.end()) job->live->cancel();
+    held_.push_back(job);
+    if (draining_) {
+      job->stage = Stage::leaving;
+      leave({job, std::nullopt, std::nullopt, ""});
+    } else {
+      buffer_.add(job);
+    }
+  }
+  open_wake_.notify_all();
+}
+
+HeldJobPtr Worker::held_of(const store::Claimed& claimed) const {
+  const auto now = stores_.jobs.time();
+  auto job = std::make_shared<HeldJob>();
+  job->live = live_job_of(claimed.job, settings_, std::max(milliseconds(0), now - claimed.job.created));
+  job->token = claimed.token;
+  job->claimed = Clock::now();
+  job->live->started(claimed.token.tries, claimed.job.started.value_or(now));
+  if (claimed.job.cancel_requested) job->live->cancel();
+  job->deadline = claimed.job.deadline;
+  job->in_batch = !claimed.job.batch.empty();
+  job->suspected = claimed.job.suspected && claimed.token.tries > options_.trusted_tries;
+  return job;
+}
+
+void Worker::open_in_background() {
+  const NeverFails never_fails;
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    if (const HeldJobPtr job = buffer_.to_open(Clock::now())) {
+      job->stage = Stage::opening;
+      lock.unlock();
+      open(job);
+      lock.lock();
+    } else if (const auto next = buffer_.next_opening()) {
+      open_wake_.wait_until(lock, *next);
+    } else {
+      open_wake_.wait(lock);
+    }
+  }
+}
+
+// A missing mesh fails the job, in Measuring. A mesh that cannot be read now is tried again; then the job is handed
+// back for other workers, without blame.
+void Worker::open(const HeldJobPtr& job) {
+  const auto error = look_up(*job->live);
+  bool again = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (job->stage != Stage::opening) return;  // lost, or handed back
+    again = error && ++job->failures < kOpenings;
+    if (!error) {
+      job->stage = Stage::ready;
+    } else if (again) {
+      job->stage = Stage::claimed;
+      job->not_before = Clock::now() + kOpeningPause;
+    } else {
+      job->stage = Stage::leaving;
+      buffer_.remove(*job);
+    }
+  }
+  if (!error && job->live->cancel_requested()) return cancel(job);
+  if (!error) return begin_what_can();
+  open_wake_.notify_all();
+  if (again) return;  // another thread may be opening it by now
+  const bool damaged = error->code == ErrorCode::internal;
+  leave({job, std::nullopt, std::nullopt, damaged ? error->message : ""});
+  begin_what_can();
+}
+
+// Whether its meshes are worth caching is optional: that error is only noted.
+std::optional<Error> Worker::look_up(LiveJob& job) {
+  store_errors_.note(recognise_meshes(job, stores_.meshes));
+  const auto opened = open_blobs(job, stores_.blobs);
+  store_errors_.note(opened);
+  return opened ? std::nullopt : std::optional(opened.error());
+}
+
 void Worker::begin_what_can() {
   std::vector<HeldJobPtr> next;
   {
@@ -282,6 +470,74 @@ void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome ou
   std::erase(held_, delivery.job);
   next_claim_ = std::min(next_claim_, Clock::now() + claim_pause_);  // other jobs may begin now
   look_again_ = true;
+  claim_wake_.notify_all();
+}
+
+void Worker::keep_in_background() {
+  const NeverFails never_fails;
+  auto next_beat = Clock::now() + options_.heartbeat;
+  bool failing = false;
+  std::unique_lock lock(mutex_);
+  while (!keep_wake_.wait_for(lock, std::min(options_.progress, options_.heartbeat), [&] { return ending_; })) {
+    lock.unlock();
+    begin_what_can();  // a job that was waited for too long may be passed over
+    const auto now = Clock::now();
+    const bool everything = now >= next_beat;
+    const bool told = tell(due(everything));
+    if (everything)
+      next_beat = now + (told ? options_.heartbeat : std::min<milliseconds>(options_.heartbeat, kBeatAgain));
+    if (std::exchange(failing, !told) && told) wake();
+    lock.lock();
+  }
+}
+
+// Returns the due heartbeats by the name of their claim, since a call takes those of one worker. `everything`: all held
+// jobs; else those with new progress.
+std::map<std::string, Worker::Telling> Worker::due(bool everything) {
+  std::map<std::string, Telling> all;
+  const std::lock_guard lock(mutex_);
+  for (const HeldJobPtr& job : held_) {
+    if (job->lost) continue;
+    std::optional<store::Progress> progress;
+    if (job->stage == Stage::running && job->begun) progress = worth_telling(*job);
+    if (progress == job->told) progress.reset();
+    if (!everything && !progress) continue;
+    Telling& telling = all[job->token.worker];
+    telling.jobs.push_back(job);
+    telling.beats.push_back({job->token, progress});
+  }
+  return all;
+}
+
+bool Worker::tell(const std::map<std::string, Telling>& due) {
+  for (const auto& [name, telling] : due) {
+    const auto heard = stores_.jobs.heartbeats(telling.beats, stores_.jobs.time() + options_.lease);
+    store_errors_.note(heard);
+    if (!heard) return false;
+    for (std::size_t i = 0; i < telling.jobs.size(); ++i) hear(telling.jobs[i], telling.beats[i], (*heard)[i]);
+  }
+  return true;
+}
+
+// A job whose end is being stored may be `lost` because it has ended: finish_all() reports that.
+void Worker::hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbeat heard) {
+  if (heard == store::Heartbeat::cancel) return cancel(job);
+  bool freed = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (beat.progress) job->told = beat.progress;
+    if (heard != store::Heartbeat::lost || job->stage == Stage::leaving) return;
+    job->lost = true;
+    metrics_.worker_lease_lost();
+    job->live->control.cancel();
+    if (job->stage != Stage::running) {
+      buffer_.remove(*job);
+      job->stage = Stage::leaving;
+      std::erase(held_, job);
+      freed = true;
+    }
+  }
+  if (freed) begin_what_can();
   claim_wake_.notify_all();
 }
 

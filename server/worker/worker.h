@@ -25,12 +25,10 @@
 
 #include "server/measure/measuring.h"
 #include "server/measure/scheduler.h"
-#include "server/measure/store_errors.h"
 #include "server/measure/stores.h"
 #include "server/observe/metrics.h"
 #include "server/settings/settings.h"
 #include "server/worker/claim_buffer.h"
-#include "server/worker/held_job.h"
 #include "server/worker/pending_results.h"
 
 namespace meshgauge::server {

@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 
 #include "api/compare.h"
-#include "api/measured_pair.h"
 #include "api/request.h"
 #include "api/response.h"
 #include "api/result_document.h"

@@ -19,7 +19,7 @@
 
 #include "counted_memory.h"
 #include "engine/hausdorff.h"
-#include "engine/paper/triangle_distance.h"
+#include "engine/paper/triangle_set.h"
 #include "engine/tree/bvh.h"
 #include "engine/tree/nearest.h"
 #include "engine/tree/ordered_mesh.h"

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "api/formats/format.h"
-#include "api/formats/weld.h"
+#include "api/formats/read_part.h"
 #include "mesh_files.h"
 
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "api/digest.h"
-#include "server/store/forms/embedded.h"
+#include "server/store/forms/stores.h"
 #include "tests/bench/store_timing.h"
 #include "tests/server/store/single_job.h"
 

@@ -1,12 +1,11 @@
 // Files on a disk that tests/check/manifests cannot have: links, gzip, other folders.
-#include "check/manifest/expand.h"
+#include "check/manifest/manifest.h"
 
 #include <string>
 #include <vector>
 
 #include <doctest/doctest.h>
 
-#include "check/manifest/manifest.h"
 #include "folder.h"
 
 using namespace meshgauge::check;

@@ -1,6 +1,6 @@
 // The manifests of tests/check/manifests. At the top of each stands, in comments, what it has to give: in good/ its
-// gates
-// ("NAME: CANDIDATE, BASELINE"), in wrong/ its mistakes ("LINE:COLUMN: words"); and a line for schema_test.py.
+// gates ("NAME: CANDIDATE, BASELINE"), in wrong/ its mistakes ("LINE:COLUMN: words"); and a line for schema_test.py.
+// Then patterns alone: of the baselines of a glob, and of --only.
 #include "check/manifest/manifest.h"
 
 #include <fstream>
@@ -119,4 +119,49 @@ TEST_CASE("manifest: an unreadable file is one mistake without a line") {
   CHECK(first(folder.path()) == "is a folder: name the manifest in it");
   CHECK(first(folder.write("large.yaml", std::string(3 << 20, '#'))) == "larger than 1048576 bytes");
   if (fs::exists("/dev/zero")) CHECK(first("/dev/zero") == "larger than 1048576 bytes");
+}
+
+TEST_CASE("baseline glob: the names that candidates of a glob can give") {
+  struct Row {
+    const char* candidate;
+    const char* baseline;
+    const char* glob;
+  };
+  for (const Row& row : {Row{"new/*.stl", "base/{stem}.off", "base/*.off"},
+                         {"new/x-*.stl", "base/{stem}.off", "base/x-*.off"},
+                         {"new/*.stl.gz", "base/{stem}.off", "base/*.off"},
+                         {"new/x*.gz", "base/{stem}.off", "base/x*.off"},
+                         {"new/part.*", "base/{stem}.off", "base/part*.off"},
+                         {"new/p*.s?l", "base/{stem}.off", "base/p*.off"},
+                         {"new/*stl", "base/{stem}.off", "base/*.off"},
+                         {"new/x[.]stl", "base/{stem}.off", "base/x*.off"},
+                         {"new/x.v1-*.stl", "base/{stem}.off", "base/x.v1-*.off"},
+                         {"new/x-*.stl", "base/{name}", "base/x-*.stl"},
+                         {"new/**/*.stl", "base/{dir}/{name}", "base/**/*.stl"},
+                         {"new/**", "base/{dir}/{name}", "base/**/*"},
+                         {"new/v?/in/part.stl", "base/{dir}/{stem}.off", "base/v?/in/part.off"},
+                         {"new/*.stl", "base/{dir}/{stem}.off", "base/*.off"},
+                         {"/new/*.stl", "/base[1]/{stem}.off", "/base[[]1]/*.off"}}) {
+    CAPTURE(row.candidate);
+    CHECK(baseline_glob(row.candidate, row.baseline) == row.glob);
+  }
+}
+
+TEST_CASE("selection: names by any of its patterns") {
+  CHECK(Selection().holds("anything"));
+  const Selection some({"lod-*", "p?n", "[ab]\\c"});
+  for (const char* name : {"lod-1", "lod-", "pin", "p\xC3\xA4n", "lod-near/x", "a\\c"}) CHECK(some.holds(name));
+  for (const char* name : {"xlod-1", "pn", "piin", "ac", "c\\c", ""}) CHECK(!some.holds(name));
+}
+
+TEST_CASE("selection: names that are known in part") {
+  const auto may = [](const char* pattern, const char* names) { return Selection({pattern}).may_hold(names); };
+  CHECK(Selection().may_hold("*"));
+  for (const char* names : {"*", "lod-*", "lod-a", "*-a", "l*d*a", "**"}) CHECK(may("lod-?", names));
+  for (const char* names : {"part-*", "lo", "*b-", "lod", "lod*_"}) CHECK(!may("lod-a", names));
+  CHECK(!may("lod-a*", "lod-b*"));
+  CHECK(!may("*-a", "lod-*-b"));
+  CHECK(may("*x", "x*"));
+  CHECK(may("a*c", "*b*"));
+  CHECK(!may("a*c", "b*"));
 }

@@ -6,7 +6,7 @@
 
 #include <doctest/doctest.h>
 
-#include "check/manifest/pattern.h"
+#include "check/manifest/glob.h"
 #include "folder.h"
 
 using namespace meshgauge::check;

@@ -12,8 +12,9 @@
 // number of threads, except that the sweep of step 1 may leave out other triangles.
 #pragma once
 
-#include <atomic>
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <optional>
@@ -22,12 +23,12 @@
 
 #include "engine/area.h"
 #include "engine/control.h"
-#include "engine/extras/area/demand.h"
+#include "engine/extras/area/enclosure.h"
 #include "engine/extras/area/part.h"
 #include "engine/extras/area/totals.h"
-#include "engine/extras/area/weights.h"
 #include "engine/mesh/large_array.h"
 #include "engine/options.h"
+#include "engine/search/piece.h"
 #include "engine/thread_pool.h"
 #include "engine/tree/ordered_mesh.h"
 
@@ -48,6 +49,51 @@ struct AreaDirection {
   ThreadPool& pool;
   Control& control;                   // polled every few milliseconds
   const std::function<void()>& tell;  // called between rounds, to report progress
+};
+
+// Measures the vertices of the triangles in `rest`, ascending; nullopt: of all. The others keep Corner(). The result
+// does not depend on the threads. False: interrupted.
+bool measure_vertices(const AreaDirection& direction, const std::optional<std::vector<std::uint32_t>>& rest,
+                      LargeArray<Corner>& corners);
+
+// The tasks that `count` items make, `each` a task.
+inline std::size_t tasks_for(std::size_t count, std::size_t each) { return (count + each - 1) / each; }
+
+// What is still too wide of the intervals, and how much of it a part contributes: scales of a part's widths, by which
+// they count in tolerances; 0: narrow enough.
+struct Demand {
+  // The share beyond a limit of distance.
+  struct Probe {
+    double down, up;
+    double scale;
+  };
+  std::vector<Probe> probes;
+  double mean = 0;
+  double square = 0;
+
+  bool met() const { return probes.empty() && mean == 0 && square == 0; }
+
+  // Whether a lower function, which is at most the corners' distances, can narrow the part, or show that nothing can.
+  // `near`: the slack of its functions, within which a distance may equal a limit.
+  bool needs_low(const Part& part, double near) const {
+    double farthest = 0;
+    for (const Corner& corner : part.corners) farthest = std::max(farthest, corner.distance);
+    return mean > 0 || square > 0 ||
+           std::any_of(probes.begin(), probes.end(), [&](const Probe& probe) { return farthest + near > probe.up; });
+  }
+
+  // The largest of the part's widths in tolerances, times its weight.
+  double contribution(const Part& part) const {
+    const Enclosure& e = part.enclosure;
+    double most_wanted = 0;
+    for (const Probe& probe : probes) {
+      const double high = share_beyond(e.high, probe.down);
+      if (high > 0) most_wanted = std::max(most_wanted, probe.scale * (high - share_beyond(e.low, probe.up)));
+    }
+    if (mean > 0) most_wanted = std::max(most_wanted, mean * mean_width(e));
+    if (square > 0) most_wanted = std::max(most_wanted, square * square_width(e));
+    return part.weight * most_wanted;
+  }
 };
 
 class AreaSearch {

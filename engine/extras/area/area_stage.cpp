@@ -9,7 +9,7 @@
 #include "engine/extras/area/area_search.h"
 #include "engine/extras/area/side_search.h"
 #include "engine/mesh/topology.h"
-#include "engine/search/narrowing_time.h"
+#include "engine/search/conclusion.h"
 
 namespace meshgauge {
 namespace {

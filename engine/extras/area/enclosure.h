@@ -61,4 +61,7 @@ inline double mean_square_below(const Linear& low) {
   return below * below * kRoundDown;
 }
 
+inline double mean_width(const Enclosure& e) { return mean(e.high) - mean_below(e.low); }
+inline double square_width(const Enclosure& e) { return mean_square(e.high) - mean_square_below(e.low); }
+
 }  // namespace meshgauge

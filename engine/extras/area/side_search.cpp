@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "engine/extras/area/places.h"
-#include "engine/extras/area/vertices.h"
 #include "engine/extras/area/winding.h"
 #include "engine/mesh/mesh_index.h"
 #include "engine/options.h"

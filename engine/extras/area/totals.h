@@ -1,13 +1,38 @@
-// Sums over the parts of A, and the certified intervals that follow from them.
+// Weights of the parts of A, sums over them, and the certified intervals and quantiles that follow from these.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
+#include <deque>
+#include <optional>
 
 #include "engine/area.h"
+#include "engine/control.h"
 #include "engine/extras/area/enclosure.h"
+#include "engine/extras/area/part.h"
+#include "engine/mesh.h"
+#include "engine/tree/ordered_mesh.h"
 
 namespace meshgauge {
+
+// The areas of A's triangles, as weights with an error. Weights are in a unit of their own, about the square of the
+// mesh's width. The area of a triangle lies between its weight and its weight + error: rounding.h R13.
+class AreaWeights {
+ public:
+  struct Weight {
+    double weight = 0;
+    double error = 0;
+  };
+
+  // `error`: as in PartBounder.
+  AreaWeights(const OrderedMesh& mesh, double error);
+
+  Weight of(std::size_t triangle) const;
+
+ private:
+  MeshView mesh_;
+  double scale_;  // a power of two
+  double moved_;  // how far an edge's end may be moved, in scaled units
+};
 
 // An enclosure with the weight of its part.
 struct WeightedEnclosure {
@@ -63,5 +88,19 @@ struct TotalArea {
  private:
   AreaInterval average(double low, double high, double most) const;
 };
+
+// All parts of A.
+struct AllParts {
+  const std::deque<WeightedEnclosure>& closed;
+  const std::deque<Part>& open;
+};
+
+// Returns an interval within `known`, a certified interval of it, that holds the smallest distance that the share p of
+// the area is within. Its ends are sought to `resolution`. nullopt: `stop` returned true.
+//
+// Statement. Let S(t) be the share of the area beyond t. If S(t) <= 1 - p, the quantile is at most t; if S(t) > 1 - p,
+// it is at least t. So each t with a certified bound of S(t) on one side of 1 - p gives an end.
+std::optional<AreaInterval> quantile(double p, const TotalArea& area, const AllParts& parts, const AreaInterval& known,
+                                     double resolution, const Interrupted& stop);
 
 }  // namespace meshgauge

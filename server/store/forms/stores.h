@@ -1,15 +1,26 @@
-// All stores of a service, in one of two forms: on this machine (embedded.h), or in databases that several machines
-// share (distributed.h).
+// All stores of a service, in one of two forms: on this machine (embedded), or in databases that several machines share
+// (distributed).
 #pragma once
 
+#include <chrono>
+#include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "server/store/batch_store.h"
+#include "server/store/blob_cache.h"
 #include "server/store/blob_store.h"
+#include "server/store/data_folder.h"
+#include "server/store/file_blobs.h"
 #include "server/store/job_store.h"
 #include "server/store/listings.h"
 #include "server/store/mesh_index.h"
+#include "server/store/outage.h"
+#include "server/store/postgres/postgres_store.h"
+#include "server/store/reserve.h"
 #include "server/store/signals.h"
+#include "server/store/sqlite_store.h"
 
 namespace meshgauge::server::store {
 
@@ -25,6 +36,76 @@ class AllStores {
   virtual Signals& signals() = 0;
   virtual bool shared() const = 0;  // other processes use these stores, too
   virtual const std::string& data_folder() const = 0;
+};
+
+struct EmbeddedSettings {
+  std::string data_folder;
+  std::size_t max_unrecorded = 10'000;  // records that are held while they cannot be written
+  Report report = {};                   // gets a line when an older schema was migrated
+};
+
+// The stores of one machine: a folder with a database and files.
+class EmbeddedStores final : public AllStores {
+ public:
+  static Result<std::unique_ptr<EmbeddedStores>> open(const EmbeddedSettings& settings);
+
+  JobStore& jobs() override { return *store_; }
+  MeshIndex& meshes() override { return *store_; }
+  BatchStore& batches() override { return *store_; }
+  Listings& listings() override { return *store_; }
+  BlobStore& blobs() override { return *blobs_; }
+  Signals& signals() override { return store_->signals(); }
+  bool shared() const override { return false; }
+  const std::string& data_folder() const override { return folder_.path(); }
+
+ private:
+  explicit EmbeddedStores(DataFolder folder) : folder_(std::move(folder)), reserve_(folder_.path() + "/reserve") {}
+
+  DataFolder folder_;  // holds the lock, so it is destroyed last
+  Reserve reserve_;
+  std::unique_ptr<FileBlobs> blobs_;
+  std::unique_ptr<SqliteStore> store_;
+};
+
+// The settings of the same names (server/settings/settings.h).
+struct DistributedSettings {
+  std::string database;
+  std::string blobs;  // "": in the database; or s3://BUCKET/PREFIX
+  std::string s3_endpoint;
+  std::string s3_region = "us-east-1";
+  bool s3_virtual_host = false;
+  std::uint64_t blob_cache_bytes = std::uint64_t{10} << 30;
+  std::string data_folder;  // of this process alone; holds cache/
+  std::size_t max_unrecorded = 10'000;
+  std::size_t max_connections = 8;
+  std::chrono::milliseconds call_timeout{4000};  // as in PostgresSettings
+  std::chrono::milliseconds duty_grace{15'000};  // as in PostgresSettings
+  Report report = {};                            // gets lines about outages of the database and of S3
+};
+
+// The stores that several machines share: jobs, results and meshes' rows in PostgreSQL; blobs in S3 or in PostgreSQL,
+// with a cache of files on each machine.
+class DistributedStores final : public AllStores {
+ public:
+  static Result<std::unique_ptr<DistributedStores>> open(const DistributedSettings& settings);
+
+  JobStore& jobs() override { return *store_; }
+  MeshIndex& meshes() override { return *store_; }
+  BatchStore& batches() override { return *store_; }
+  Listings& listings() override { return *store_; }
+  BlobStore& blobs() override { return *blobs_; }
+  Signals& signals() override { return store_->signals(); }
+  bool shared() const override { return true; }
+  const std::string& data_folder() const override { return folder_.path(); }
+
+  const CachedBlobs& cached_blobs() const { return *blobs_; }
+
+ private:
+  explicit DistributedStores(DataFolder folder) : folder_(std::move(folder)) {}
+
+  DataFolder folder_;  // holds the lock, so it is destroyed last
+  std::unique_ptr<PostgresStore> store_;
+  std::unique_ptr<CachedBlobs> blobs_;  // may use the store's connections
 };
 
 }  // namespace meshgauge::server::store

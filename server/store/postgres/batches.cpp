@@ -6,7 +6,6 @@
 #include <thread>
 #include <unordered_map>
 
-#include "server/store/postgres/job_rows.h"
 #include "server/store/postgres/postgres_store.h"
 #include "server/store/rows.h"
 #include "server/store/transitions.h"

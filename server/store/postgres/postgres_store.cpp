@@ -1,16 +1,56 @@
+// PostgresStore, except for claims and ends of jobs (running_jobs.cpp), hand-backs and sweeps (upkeep.cpp), and
+// BatchStore (batches.cpp).
 #include "server/store/postgres/postgres_store.h"
 
 #include <cassert>
 #include <utility>
 
 #include "api/digest.h"
-#include "server/store/postgres/job_rows.h"
+#include "server/store/policy.h"
 #include "server/store/postgres/schema.h"
 #include "server/store/rows.h"
 #include "server/store/transitions.h"
 
 namespace meshgauge::server::store {
 namespace {
+
+std::int64_t ms(TimePoint time) { return time.time_since_epoch().count(); }
+
+std::optional<std::int64_t> ms(const std::optional<TimePoint>& time) {
+  if (!time) return std::nullopt;
+  return ms(*time);
+}
+
+// One member of all rows, as the array of a column.
+template <class Of>
+auto column(std::span<const JobRow> rows, Of of) {
+  std::vector<std::decay_t<decltype(of(rows.front()))>> values;
+  values.reserve(rows.size());
+  for (const JobRow& row : rows) values.push_back(of(row));
+  return values;
+}
+
+template <class Member>
+auto column(std::span<const JobRow> rows, Member NewJob::*member) {
+  return column(rows, [member](const JobRow& row) { return row.job.*member; });
+}
+template <class Member>
+auto column(std::span<const JobRow> rows, Member Job::*member) {
+  return column(rows, [member](const JobRow& row) { return row.job.*member; });
+}
+template <class Member>
+auto column(std::span<const JobRow> rows, Member JobRow::*member) {
+  return column(rows, [member](const JobRow& row) { return row.*member; });
+}
+template <class Time, class Class>
+auto times(std::span<const JobRow> rows, Time Class::*member) {
+  return column(rows, [member](const JobRow& row) { return ms(row.job.*member); });
+}
+auto reals(std::span<const JobRow> rows, double Progress::*member) {
+  return column(rows, [member](const JobRow& row) {
+    return row.job.progress ? std::optional((*row.job.progress).*member) : std::nullopt;
+  });
+}
 
 constexpr auto kCancelByKey =
     "UPDATE jobs SET" + kCancel + " WHERE owner = $1 AND id = $2 AND " + kCancellable + " RETURNING state";
@@ -51,7 +91,101 @@ void write_touches(PgConnection& connection, const WriteBehind::Touches& touches
                    owners, ids, used, expires);
 }
 
+constexpr std::int64_t kMeshPortion = 500;  // rows that one transaction removes
+
+constexpr auto kUseMesh = R"sql(
+    UPDATE meshes SET last_used = greatest(last_used, $3), expires = greatest(expires, $4)
+    WHERE owner = $1 AND id = $2
+    RETURNING )sql" + kMeshColumns;
+constexpr auto kFindMeshes =
+    "SELECT " + kMeshColumns + " FROM meshes WHERE owner = $1 AND id IN (SELECT unnest($2::bytea[]))";
+
+// Returns what an owner has stored, locked until the end of the transaction.
+StoredMeshes lock_stored(PgConnection& connection, const std::string& owner) {
+  connection.query("INSERT INTO stored VALUES ($1, 0) ON CONFLICT DO NOTHING", owner);
+  PgRows row = connection.query("SELECT bytes, meshes FROM stored WHERE owner = $1 FOR UPDATE", owner);
+  return row.next() ? StoredMeshes{count_in(row, 0), count_in(row, 1)} : StoredMeshes{};
+}
+
+PutMesh put(PgConnection& connection, const MeshRow& mesh, const MeshQuota& quota) {
+  PgTransaction transaction(connection);
+  const StoredMeshes stored = lock_stored(connection, mesh.key.owner);
+  auto there = first_mesh(connection.query(kUseMesh, mesh.key.owner, mesh.key.id, mesh.last_used, mesh.expires));
+  if (there) {
+    transaction.commit();
+    return {MeshPut::existed, *std::move(there)};
+  }
+  const MeshPut what = fits(stored, mesh.bytes, quota);
+  if (what != MeshPut::created) return {what, mesh};
+  connection.query("INSERT INTO meshes VALUES ($1, $2, $3, $4, $5, $6, $7, $8)", mesh.key.owner, mesh.key.id,
+                   mesh.bytes, mesh.media_type, mesh.file_name, mesh.created, mesh.last_used, mesh.expires);
+  transaction.commit();
+  return {MeshPut::created, mesh};
+}
+
+// Removes some expired meshes of one owner; returns their keys. Empty: there are none.
+std::vector<BlobKey> remove_expired(PgConnection& connection, TimePoint now) {
+  PgTransaction transaction(connection);
+  PgRows oldest = connection.query("SELECT owner FROM meshes WHERE expires <= $1 ORDER BY expires LIMIT 1", now);
+  if (!oldest.next()) return {};
+  const std::string owner = oldest.text(0);
+  lock_stored(connection, owner);
+  // The first condition is checked again on a row that was locked: a mesh that was just used stays.
+  auto removed = keys_of<BlobKey>(connection.query(R"sql(
+    DELETE FROM meshes
+    WHERE expires <= $2
+      AND (owner, id) IN (SELECT owner, id FROM meshes WHERE owner = $1 AND expires <= $2 LIMIT $3)
+    RETURNING owner, id)sql",
+                                                   owner, now, kMeshPortion));
+  transaction.commit();
+  return removed;
+}
+
 }  // namespace
+
+std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows) {
+  const auto number = [](auto of) { return [of](const JobRow& row) { return static_cast<std::int64_t>(of(row)); }; };
+  const PgValues values(
+      column(rows, [](const JobRow& row) { return row.job.key.owner; }),
+      column(rows, [](const JobRow& row) { return row.job.key.id; }),
+      column(rows, number([](const JobRow& row) { return row.job.state; })), column(rows, &NewJob::mesh_a),
+      column(rows, &NewJob::mesh_b), column(rows, &NewJob::hints), column(rows, &NewJob::options),
+      column(rows, number([](const JobRow& row) { return row.job.cost; })),
+      column(rows, [](const JobRow& row) { return rank_of(row.job); }),
+      column(rows, [](const JobRow& row) { return none_if_empty(row.job.idempotency_key); }),
+      column(rows, &NewJob::fingerprint), column(rows, &NewJob::trace), times(rows, &NewJob::created),
+      times(rows, &NewJob::expires_if_never_run), column(rows, &NewJob::batch), times(rows, &NewJob::deadline),
+      column(rows, number([](const JobRow& row) { return row.job.tries; })),
+      column(rows, number([](const JobRow& row) { return row.job.cancel_requested; })), times(rows, &Job::started),
+      times(rows, &Job::finished), times(rows, &Job::expires), reals(rows, &Progress::lower),
+      reals(rows, &Progress::upper),
+      column(
+          rows,
+          [](const JobRow& row) { return row.job.progress ? std::optional(row.job.progress->stage) : std::nullopt; }),
+      column(rows, &Job::document), column(rows, &Job::problem), column(rows, &Job::last_error),
+      column(rows, &Job::verdict), column(rows, &JobRow::work),
+      column(rows, [](const JobRow& row) { return row.job.progress ? row.job.progress->by : std::string(); }),
+      column(rows, [](const JobRow& row) { return client_of(row.job); }));
+  return connection
+      .query(R"sql(
+    INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
+      created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished, expires, lower, upper,
+      stage, document, problem, last_error, verdict, work, bounds_by, client)
+    SELECT owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
+      created, expires_if_never_run, batch, deadline, tries, cancel_requested <> 0, started, finished, expires, lower,
+      upper, stage, document, problem, last_error, verdict, work, bounds_by, client
+    FROM unnest($1::bytea[], $2::bytea[], $3::int8[], $4::bytea[], $5::bytea[], $6::bytea[], $7::bytea[], $8::int8[],
+        $9::int8[], $10::bytea[], $11::bytea[], $12::bytea[], $13::int8[], $14::int8[], $15::bytea[], $16::int8[],
+        $17::int8[], $18::int8[], $19::int8[], $20::int8[], $21::int8[], $22::float8[], $23::float8[], $24::bytea[],
+        $25::bytea[], $26::bytea[], $27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[], $31::bytea[])
+      WITH ORDINALITY AS given (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key,
+        fingerprint, trace, created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished,
+        expires, lower, upper, stage, document, problem, last_error, verdict, work, bounds_by, client, place)
+    ORDER BY place
+    ON CONFLICT DO NOTHING)sql",
+             values)
+      .changed();
+}
 
 Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSettings& settings) {
   try {
@@ -153,6 +287,77 @@ Result<Done> PostgresStore::check() {
                      time());
     return Done{};
   });
+}
+
+Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {
+  return pool_.run(Promise::durable, [&](PgConnection& connection) { return put(connection, row, quota); });
+}
+
+Result<std::optional<MeshRow>> PostgresStore::get_mesh(const BlobKey& key) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_mesh(connection, key); });
+}
+
+Result<std::vector<MeshRow>> PostgresStore::known_meshes(const std::string& owner, std::span<const std::string> ids) {
+  const std::vector<std::string> wanted(ids.begin(), ids.end());
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query(kFindMeshes, owner, wanted);
+    std::vector<MeshRow> known;
+    while (auto mesh = first_mesh(row)) known.push_back(*std::move(mesh));
+    return known;
+  });
+}
+
+Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
+  bool was_there = false;  // also in a try whose commit was not acknowledged
+  return pool_.run(Promise::durable, [&](PgConnection& connection) {
+    // Locks in the order of put_mesh(): first the owner's sum.
+    PgTransaction transaction(connection);
+    lock_stored(connection, key.owner);
+    was_there |= connection.query("DELETE FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id).changed() == 1;
+    transaction.commit();
+    return was_there;
+  });
+}
+
+Result<StoredMeshes> PostgresStore::stored(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_stored(connection, owner); });
+}
+
+Result<std::uint64_t> PostgresStore::all_stored_bytes() {
+  return pool_.run(Promise::fleeting, count_stored<PgConnection>);
+}
+
+// One owner at a time; locks the owner's sum first, as put_mesh() does.
+Result<std::vector<BlobKey>> PostgresStore::sweep_meshes(TimePoint now) {
+  Result<Done> flushed = flush();  // a mesh that was just used must stay
+  if (!flushed) return flushed.error();
+  for (std::vector<BlobKey> removed;;) {
+    const auto portion =
+        pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_expired(connection, now); });
+    if (!portion) return portion.error();
+    if (portion->empty()) return removed;
+    removed.insert(removed.end(), portion->begin(), portion->end());
+  }
+}
+
+Result<std::vector<MeshRow>> PostgresStore::list_meshes(const Page& page) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_meshes(connection, page); });
+}
+
+Result<std::vector<ListedJob>> PostgresStore::list_jobs(const Page& page) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_jobs(connection, page); });
+}
+
+Result<std::vector<ListedBatch>> PostgresStore::list_batches(const Page& page) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_batches(connection, page); });
+}
+
+Result<JobsOfOwner> PostgresStore::jobs_owned(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_jobs_of(connection, owner); });
+}
+
+Result<std::uint64_t> PostgresStore::batches_owned(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_batches_of(connection, owner); });
 }
 
 Result<Migrated> migrate_database(const std::string& database) {

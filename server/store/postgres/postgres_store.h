@@ -7,6 +7,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -110,5 +111,14 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
 
 // `meshgauge migrate`: migrates the database to this version's schema.
 Result<Migrated> migrate_database(const std::string& database);
+
+// A row of jobs to insert.
+struct JobRow {
+  Job job;
+  std::string work;  // BatchItem::work
+};
+// Inserts jobs as rows, for the jobs and the batches. Skips jobs whose id or idempotency key exists already; returns
+// the number of inserted rows.
+std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows);
 
 }  // namespace meshgauge::server::store

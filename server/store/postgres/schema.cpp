@@ -9,7 +9,7 @@ namespace {
 constexpr std::int64_t kLock = 0x4d474a31;  // "MGJ1": held by the process that migrates this database
 constexpr std::chrono::seconds kTables{1};  // between two attempts to lock the tables
 
-// Text is bytea (values.h), ordered by its bytes, also in indexes.
+// Text is bytea (connection.h), ordered by its bytes, also in indexes.
 constexpr const char* kFirst = R"sql(
 CREATE TABLE jobs (
   number bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY,

@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstddef>
+#include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <string_view>
+#include <thread>
 #include <unordered_set>
 #include <vector>
 
 #include "api/digest.h"
-#include "server/store/s3/parts.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -44,7 +48,158 @@ bool is_known_damaged(const S3Object& found, const std::string& id, std::uint64_
   return !found.sha256.empty() && found.sha256.find('-') == std::string::npos && found.sha256 != base64_of_hex(id);
 }
 
+// Calls work() on so many threads, the caller's among them, and blocks until all have returned. Uses fewer threads when
+// the system grants no more. Precondition: work() does not throw.
+void at_once(std::size_t threads, const std::function<void()>& work) {
+  std::vector<std::jthread> others;
+  try {
+    for (std::size_t i = 1; i < threads; ++i) others.emplace_back(work);
+  } catch (const std::exception&) {
+    // The threads that did start do all the work.
+  }
+  work();
+}
+
+// The parts of one upload, sent by one call of send(): several at a time, because latency would leave the line idle
+// between them. Holds one piece for each thread in memory, not whole parts.
+class Parts {
+ public:
+  // `upload` was begun for `object`. Borrows its arguments.
+  Parts(S3Client& client, const std::string& object, const std::string& upload, std::span<const std::byte> bytes,
+        std::uint64_t part_bytes);
+
+  // Returns the parts' ETags, in order. After an error no part is being sent, so the upload may be aborted. Errors:
+  // those of S3Client::put_part().
+  Result<std::vector<std::string>> send(std::size_t threads);
+
+ private:
+  struct Part {
+    std::size_t index;
+    std::span<const std::byte> bytes;
+  };
+
+  std::optional<Part> next();
+  void send_some();
+  void send_all_that_is_left();
+
+  S3Client& client_;
+  const std::string& object_;
+  const std::string& upload_;
+  const std::span<const std::byte> bytes_;
+  const std::uint64_t part_bytes_;
+  std::mutex mutex_;
+  std::vector<std::string> etags_;
+  std::size_t begun_ = 0;
+  std::optional<Error> failed_;
+};
+
+Parts::Parts(S3Client& client, const std::string& object, const std::string& upload, std::span<const std::byte> bytes,
+             std::uint64_t part_bytes)
+    : client_(client),
+      object_(object),
+      upload_(upload),
+      bytes_(bytes),
+      part_bytes_(part_bytes),
+      etags_((bytes.size() + part_bytes - 1) / part_bytes) {}
+
+Result<std::vector<std::string>> Parts::send(std::size_t threads) {
+  at_once(std::min(threads, etags_.size()), [this] { send_some(); });
+  if (failed_) return *failed_;
+  return std::move(etags_);
+}
+
+std::optional<Parts::Part> Parts::next() {
+  const std::lock_guard lock(mutex_);
+  if (failed_ || begun_ == etags_.size()) return std::nullopt;
+  const std::uint64_t offset = begun_ * part_bytes_;
+  return Part{begun_++, bytes_.subspan(offset, std::min(part_bytes_, bytes_.size() - offset))};
+}
+
+void Parts::send_all_that_is_left() {
+  while (const std::optional<Part> part = next()) {
+    const auto number = static_cast<unsigned>(part->index + 1);
+    Result<std::string> etag = client_.put_part(object_, upload_, number, part->bytes, api::sha256_hex(part->bytes));
+    const std::lock_guard lock(mutex_);
+    if (etag) {
+      etags_[part->index] = std::move(*etag);
+    } else if (!failed_) {
+      failed_ = etag.error();
+    }
+  }
+}
+
+void Parts::send_some() try {
+  send_all_that_is_left();
+} catch (const std::exception& error) {  // an exception must not leave a thread
+  const std::lock_guard lock(mutex_);
+  if (!failed_) failed_ = Error{ErrorCode::internal, error.what(), "", ""};
+}
+
 }  // namespace
+
+OwnerSums::~OwnerSums() {
+  std::vector<std::future<void>> refreshes;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto& [owner, sum] : sums_) refreshes.push_back(std::move(sum.refresh));
+  }
+  for (const std::future<void>& refresh : refreshes) {
+    if (refresh.valid()) refresh.wait();  // it writes to sums_, which must outlive it
+  }
+}
+
+Result<std::uint64_t> OwnerSums::of(const std::string& owner) {
+  std::unique_lock lock(mutex_);
+  Sum& sum = sums_[owner];
+  weighed_.wait(lock, [&] { return sum.known || !sum.weighing; });
+  const bool due = !sum.weighing && Clock::now() >= sum.good_until;
+  if (sum.known && !due) return sum.bytes;
+  sum.meanwhile = 0;
+  if (sum.known) {
+    sum.refresh = std::async(std::launch::async, [this, owner] { static_cast<void>(weigh(owner)); });
+    sum.weighing = true;
+    return sum.bytes;
+  }
+  sum.weighing = true;
+  lock.unlock();
+  return weigh(owner);
+}
+
+// Callers that wait for the listing must be woken.
+Result<std::uint64_t> OwnerSums::weighed(const std::string& owner) const try {
+  return weigh_(owner);
+} catch (const std::exception& error) {
+  return Error{ErrorCode::internal, error.what(), "", ""};
+}
+
+Result<std::uint64_t> OwnerSums::weigh(const std::string& owner) {
+  const Clock::time_point begin = Clock::now();
+  const Result<std::uint64_t> found = weighed(owner);
+  const std::lock_guard lock(mutex_);
+  Sum& sum = sums_[owner];
+  sum.weighing = false;
+  sum.good_until = Clock::now() + std::max<Clock::duration>(age_, kIdle * (Clock::now() - begin));
+  if (found) {
+    sum.known = true;
+    sum.bytes = *found + sum.meanwhile;
+  }
+  weighed_.notify_all();
+  if (!found) return found.error();
+  return sum.bytes;
+}
+
+void OwnerSums::add(const std::string& owner, std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  Sum& sum = sums_[owner];
+  sum.bytes += bytes;
+  sum.meanwhile += bytes;
+}
+
+void OwnerSums::remove(const std::string& owner, std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  Sum& sum = sums_[owner];
+  sum.bytes -= std::min(bytes, sum.bytes);
+}
 
 S3Blobs::S3Blobs(S3Settings settings, S3BlobOptions options, S3Limits limits, Report report)
     : options_(options),

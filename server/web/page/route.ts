@@ -1,4 +1,4 @@
-// Parses the address.
+// The addresses of the page: what each shows, and what is said of a damaged link.
 
 export type Linked = "comparison" | "batch";
 
@@ -27,4 +27,12 @@ export function pathOf(id: string, of: Linked = "comparison"): string {
 export function idWithin(damaged: string): string | null {
   const found = damaged.toLowerCase().match(/[0-9a-f]+/g)?.filter((one) => one.length >= 32) ?? [];
   return found.length === 1 && found[0]?.length === 32 ? found[0] : null;
+}
+
+/** Explains a damaged link. */
+export function damagedWords(of: Linked, id: string): string {
+  const digits = id.toLowerCase().replace(/[^0-9a-f]/g, "").length;
+  const whole = `A link to a ${of} ends in 32 characters, each a digit or a letter from a to f.`;
+  if (digits === id.length && digits < 32) return `${whole} This one has ${String(digits)}: the rest was cut off on its way here. Copy all of it once more.`;
+  return `${whole} This one ends in something else: copy it once more.`;
 }

@@ -1,9 +1,8 @@
 // Extensions that bring or change surface, and what else a glTF says of it, are noted or refused by name.
-#include "api/formats/gltf_unread.h"
+#include "api/formats/gltf_extensions.h"
 
 #include <doctest/doctest.h>
 
-#include "api/formats/gltf_registry.h"
 #include "tests/api/formats/gltf_files.h"
 
 namespace meshgauge::api::test {

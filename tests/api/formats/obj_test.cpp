@@ -1,4 +1,4 @@
-#include "api/formats/obj.h"
+#include "api/formats/readers.h"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "api/formats/ply.h"
+#include "api/formats/readers.h"
 
 #include <doctest/doctest.h>
 

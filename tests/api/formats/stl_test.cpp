@@ -1,4 +1,4 @@
-#include "api/formats/stl.h"
+#include "api/formats/readers.h"
 
 #include <doctest/doctest.h>
 

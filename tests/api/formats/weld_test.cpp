@@ -1,4 +1,4 @@
-#include "api/formats/weld.h"
+#include "api/formats/read_part.h"
 
 #include <doctest/doctest.h>
 

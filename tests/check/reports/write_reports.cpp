@@ -10,7 +10,7 @@
 #include "check/reports/markdown.h"
 #include "check/reports/sample_reports.h"
 #include "check/reports/sarif.h"
-#include "server/handlers/batch_junit.h"
+#include "server/handlers/batch_report.h"
 
 namespace {
 

@@ -195,3 +195,44 @@ TEST_CASE("a mesh without area has no share of it") {
   CHECK(report.outcomes[0].verdict() == Verdict::undecided);
   CHECK(report.outcomes[0].advice().find("no area") != std::string::npos);
 }
+
+TEST_CASE("few gates use all processors, many one each") {
+  Processors few(8, 8, 3);
+  CHECK(few.take(0) == 2);
+  CHECK(few.take(0) == 3);
+  CHECK(few.take(0) == 3);
+  Processors many(4, 4, 100);
+  for (int i = 0; i < 4; ++i) CHECK(many.take(0) == 1);
+  many.give_back(1);
+  CHECK(many.take(0) == 1);
+  Processors one_by_one(8, 1, 5);
+  CHECK(one_by_one.take(0) == 8);
+  one_by_one.give_back(8);
+  CHECK(one_by_one.take(0) == 8);
+}
+
+TEST_CASE("a gate with its own number of threads gets it, others get at least one") {
+  Processors processors(4, 4, 4);
+  CHECK(processors.take(6) == 6);
+  CHECK(processors.take(0) == 1);
+  processors.give_back(6);
+  processors.give_back(1);
+  CHECK(processors.take(0) == 2);
+  CHECK(processors.take(0) == 2);
+}
+
+TEST_CASE("work beside the gates has the part of one of them") {
+  CHECK(Processors::part(8, 1) == 8);
+  CHECK(Processors::part(8, 3) == 2);
+  CHECK(Processors::part(4, 100) == 1);
+  CHECK(Processors::part(1, 0) == 1);
+}
+
+TEST_CASE("the last of many gates gets what has become free") {
+  Processors processors(4, 4, 5);
+  for (int i = 0; i < 4; ++i) CHECK(processors.take(0) == 1);
+  processors.give_back(1);
+  processors.give_back(1);
+  processors.give_back(1);
+  CHECK(processors.take(0) == 3);
+}

@@ -6,7 +6,6 @@
 
 #include <string>
 
-#include "api/formats/zip64.h"
 #include "tests/api/formats/zip_files.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"

@@ -11,7 +11,7 @@
 
 #include <doctest/doctest.h>
 
-#include "server/access/token.h"
+#include "server/access/keys.h"
 
 using namespace meshgauge;
 using namespace std::chrono_literals;

@@ -9,7 +9,7 @@
 
 #include <doctest/doctest.h>
 
-#include "server/access/token.h"
+#include "server/access/keys.h"
 
 using namespace meshgauge;
 using server::Access;

@@ -10,7 +10,6 @@
 #include <doctest/doctest.h>
 
 #include "api/utc.h"
-#include "server/access/token.h"
 
 using namespace meshgauge;
 using server::Key;

@@ -5,8 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <pugixml.hpp>
 
-#include "server/handlers/batch_document.h"
-#include "server/handlers/batch_junit.h"
+#include "server/handlers/batch_report.h"
 
 using namespace meshgauge::server;
 using nlohmann::json;

@@ -10,6 +10,7 @@
 #include <doctest/doctest.h>
 
 using namespace meshgauge;
+using server::address_tag;
 using server::Connection;
 using server::peer_of;
 using Step = server::Transport::Step;
@@ -56,6 +57,14 @@ TEST_CASE("connection: the address of a connection") {
   address.sin6_addr = in6addr_loopback;
   if (const Pair six(address); six.ends[0] >= 0) CHECK(peer_of(six.ends[0]) == std::string(8, '\0'));
   CHECK(peer_of(-1).empty());
+}
+
+TEST_CASE("address tag: one for each address, which it does not show") {
+  const std::string tag = address_tag("192.0.2.1");
+  CHECK(tag == address_tag("192.0.2.1"));
+  CHECK(tag != address_tag("192.0.2.2"));
+  CHECK(tag.size() == 32);
+  CHECK(tag.find_first_not_of("0123456789abcdef") == std::string::npos);
 }
 
 TEST_CASE("connection: a place of its address is kept until release_place()") {

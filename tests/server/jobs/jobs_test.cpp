@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_of_jobs.h"
-#include "server/measure/revived.h"
+#include "server/measure/live_job.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server;

@@ -11,7 +11,7 @@
 
 #include <doctest/doctest.h>
 
-#include "server/store/forms/embedded.h"
+#include "server/store/forms/stores.h"
 #include "store_text.h"
 #include "test_folder.h"
 

@@ -7,7 +7,7 @@
 
 #include <doctest/doctest.h>
 
-#include "server/store/forms/distributed.h"
+#include "server/store/forms/stores.h"
 #include "tests/server/store/postgres_server.h"
 #include "tests/server/store/store_text.h"
 #include "tests/server/store/test_folder.h"

@@ -10,7 +10,6 @@
 #include <sqlite3.h>
 
 #include "implementations.h"
-#include "server/store/readers.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "server/measure/revived.h"
+#include "server/measure/live_job.h"
 #include "server/worker/worker.h"
 #include "tests/server/jobs/bench_of_jobs.h"
 

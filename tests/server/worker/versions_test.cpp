@@ -1,5 +1,5 @@
 // Workers of several versions: any worker runs any job, and stores the result as its own version's.
-#include "server/measure/equal_work.h"
+#include "server/measure/live_job.h"
 
 #include <limits>
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { axisFor, logarithmicPart, niceStep, positionOf, ticksOf } from "../../../server/web/page/plot/axis.js";
-import { History, timeAxis } from "../../../server/web/page/plot/history.js";
+import { History, timeAxis } from "../../../server/web/page/plot/timeline.js";
 
 const labels = (marks: (number | null)[], whole = false, most?: number) =>
   ticksOf(axisFor(marks, whole), most).flatMap(({ label }) => (label === "" ? [] : [label]));

@@ -1,10 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Batch, BatchCounts, BatchFailure, BatchResult } from "../../../server/web/page/api/types.js";
-import { partsOf } from "../../../server/web/page/batch/bar.js";
-import { listStateOf } from "../../../server/web/page/batch/list_state.js";
-import { inOrder, rowOfFailure, rowOfResult, select, tally } from "../../../server/web/page/batch/rows.js";
-import { RowSource } from "../../../server/web/page/batch/source.js";
+import { partsOf } from "../../../server/web/page/batch/batch.js";
+import { listStateOf } from "../../../server/web/page/batch/list.js";
+import { inOrder, rowOfFailure, rowOfResult, RowSource, select, tally } from "../../../server/web/page/batch/rows.js";
 import { lasting, nameOf, pageWords, titleOf, wordsOf } from "../../../server/web/page/batch/words.js";
 import { scaleFor } from "../../../server/web/page/plot/strip.js";
 import { positionOf } from "../../../server/web/page/plot/axis.js";

@@ -1,9 +1,8 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { Client, isKey, pause } from "../../../server/web/page/api/client.js";
+import { Client, isKey, pause, resultsOf } from "../../../server/web/page/api/client.js";
 import { NetworkError, ProblemError } from "../../../server/web/page/api/problem.js";
 import type { Job, ProgressEvent } from "../../../server/web/page/api/types.js";
-import { resultsOf } from "../../../server/web/page/api/batches.js";
 import { watch, watchBatch } from "../../../server/web/page/api/watch.js";
 import { comparison } from "./samples.js";
 

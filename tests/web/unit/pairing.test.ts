@@ -2,8 +2,7 @@ import assert from "node:assert/strict";
 import { File } from "node:buffer";
 import { createHash } from "node:crypto";
 import { test } from "node:test";
-import { bundle } from "../../../server/web/page/form/bundle.js";
-import { hasScene, pairUp, pathsIn } from "../../../server/web/page/form/pairing.js";
+import { bundle, hasScene, pairUp, pathsIn } from "../../../server/web/page/form/pairing.js";
 import { formatOf } from "../../../server/web/page/form/slot.js";
 
 Object.assign(globalThis, { File }); // of a browser; global in later versions of Node

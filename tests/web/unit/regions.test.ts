@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { placeOf, regionsAsked } from "../../../server/web/page/text/regions.js";
-import { gatesYaml, optionsOf, withoutLimits } from "../../../server/web/page/text/snippets.js";
+import { placeOf } from "../../../server/web/page/result/tables.js";
+import { gatesYaml, optionsOf, regionsAsked, withoutLimits } from "../../../server/web/page/text/snippets.js";
 import { wordingOf } from "../../../server/web/page/text/verdict.js";
 import { comparison, gate, limited } from "./samples.js";
 import type { Verdict } from "../../../server/web/page/api/types.js";

@@ -4,8 +4,7 @@ import { disposition, hex } from "../../../server/web/page/api/upload.js";
 import { toEvent } from "../../../server/web/page/api/watch.js";
 import type { Job } from "../../../server/web/page/api/types.js";
 import { exampleFiles } from "../../../server/web/page/form/example.js";
-import { idWithin, pathOf, routeOf } from "../../../server/web/page/route.js";
-import { damagedWords } from "../../../server/web/page/text/links.js";
+import { damagedWords, idWithin, pathOf, routeOf } from "../../../server/web/page/route.js";
 import { curlCommand, gatesYaml } from "../../../server/web/page/text/snippets.js";
 import { areaGate, comparison, gate } from "./samples.js";
 

@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { stageTimes } from "../../../server/web/page/result/times.js";
+import { stageWords } from "../../../server/web/page/run/run.js";
 import { witnessesOf, witnessesToShow } from "../../../server/web/page/text/criteria.js";
 import { pairNotes, rangeOf, titleOf, unitsOf, wordingOf } from "../../../server/web/page/text/verdict.js";
-import { stageTimes, stageWords } from "../../../server/web/page/text/stages.js";
 import { comparison, directed, expectation, gate, limited, share } from "./samples.js";
 
 const spaces = (text: string) => text.replaceAll("\u00A0", " ");

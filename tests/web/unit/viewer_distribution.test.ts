@@ -1,9 +1,9 @@
 // Areas by distance, the axis of the colour bar, and the brush on it.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { axisOf, binEdges, brushBetween, distanceAt, isWhole, moveEnd, placeOf, wholeBrush } from "../../../server/web/page/viewer/axis";
 import { AreaDistribution, shareBelow, type Surface } from "../../../server/web/page/viewer/distribution";
-import { atLeast, figure, percent } from "../../../server/web/page/viewer/figures";
+import { axisOf, binEdges, brushBetween, distanceAt, isWhole, moveEnd, placeOf, wholeBrush } from "../../../server/web/page/viewer/scale";
+import { atLeast, figure, percent } from "../../../server/web/page/viewer/words";
 
 const near = (a: number, b: number, within = 1e-6): void => assert.ok(Math.abs(a - b) <= within, `${a} and ${b}`);
 

@@ -3,9 +3,9 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { AreaDistribution } from "../../../server/web/page/viewer/distribution";
 import { parseMap } from "../../../server/web/page/viewer/map";
-import { notesOf } from "../../../server/web/page/viewer/notes";
 import { shownAt } from "../../../server/web/page/viewer/settings";
 import { coarsened } from "../../../server/web/page/viewer/shape";
+import { notesOf } from "../../../server/web/page/viewer/words";
 
 type Fields = Record<string, unknown>;
 

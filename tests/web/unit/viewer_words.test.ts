@@ -1,9 +1,9 @@
 // What stands around the picture: the sentence on the limit, the witness's label, what is coloured first.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { labelPlace } from "../../../server/web/page/viewer/label_place";
-import { limitWords, zoneWords, type Beyond, type OneSide } from "../../../server/web/page/viewer/limit_words";
+import { labelPlace } from "../../../server/web/page/viewer/overlay";
 import { initialSettings, type Side, type Witness } from "../../../server/web/page/viewer/settings";
+import { limitWords, zoneWords, type Beyond, type OneSide } from "../../../server/web/page/viewer/words";
 
 const witness = (from: Side, lower: number): Witness => ({ from, lower, upper: lower, point: [0, 0, 0], nearest: [0, 0, lower], triangle: 0, nearestTriangle: 0 });
 const within: Beyond = { farther: false, share: 0 };

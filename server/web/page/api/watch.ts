@@ -1,6 +1,5 @@
 // Watches a comparison or a batch until it has ended: by its events, and by polling if these are refused or break off.
-import { batchAt } from "./batches.js";
-import { isAbort, pause, type Client } from "./client.js";
+import { batchAt, isAbort, pause, type Client } from "./client.js";
 import { NetworkError, ProblemError } from "./problem.js";
 import { hasEnded, type Batch, type BatchProgressEvent, type Job, type ProgressEvent } from "./types.js";
 

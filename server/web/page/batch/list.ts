@@ -6,10 +6,29 @@ import { grouped, intervalWords } from "../text/numbers.js";
 import { asSentence, explain } from "../text/problems.js";
 import { isAbort } from "../api/client.js";
 import { iconOf } from "../result/icon.js";
-import type { Filter, Row } from "./rows.js";
-import type { ListState } from "./list_state.js";
-import type { RowSource } from "./source.js";
+import type { Filter, Row, RowSource } from "./rows.js";
 import { filterWords, pageWords, toneOf } from "./words.js";
+
+/** The state of a list, kept in the browser's history, so that going back restores it. */
+export interface ListState {
+  filter: Filter | null; // null: not chosen; comparisons that did not pass are shown as long as there are any
+  search: string;
+  from: number; // first row of the page
+  opened: number | null; // position of the row that was opened last
+}
+
+/** Reads the state from the history; anything else is ignored. */
+export function listStateOf(state: unknown): ListState {
+  const { listState } = (typeof state === "object" && state !== null ? state : {}) as { listState?: Partial<ListState> };
+  const { filter, search, from, opened } = listState ?? {};
+  const isRow = (value: unknown): value is number => typeof value === "number" && Number.isInteger(value) && value >= 0;
+  return {
+    filter: typeof filter === "string" && Object.hasOwn(filterWords, filter) ? filter : null,
+    search: typeof search === "string" ? search : "",
+    from: isRow(from) ? from : 0,
+    opened: isRow(opened) ? opened : null,
+  };
+}
 
 const pageRows = 50;
 const always: readonly Filter[] = ["open", "all", "fail", "undecided", "error", "pass"];

@@ -4,8 +4,7 @@ import type { Comparison, Job, Side } from "../api/types.js";
 import { button, card, facts, h } from "../dom.js";
 import { pathOf } from "../route.js";
 import { Gauge } from "../plot/gauge.js";
-import type { History } from "../plot/history.js";
-import { TimelinePlot } from "../plot/timeline.js";
+import { TimelinePlot, type History } from "../plot/timeline.js";
 import { withoutOverrides } from "../text/names.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
 import { pairNotes, rangeOf, shownLimit, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
@@ -13,9 +12,8 @@ import { criteriaOf, foremostOf, isLimit, type Limit } from "../text/criteria.js
 import { directionsOf } from "./directions.js";
 import { iconOf } from "./icon.js";
 import { mapRows, showViewer } from "./maps.js";
-import { meshesTable } from "./meshes.js";
 import { jsonButton, linkRow, pipeline } from "./share.js";
-import { criteriaTable, regionsOf } from "./tables.js";
+import { criteriaTable, meshesTable, regionsOf } from "./tables.js";
 import { timesOf } from "./times.js";
 
 export interface ResultFace {

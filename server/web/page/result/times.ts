@@ -2,7 +2,33 @@
 import type { Timings } from "../api/types.js";
 import { h, scroller, svg } from "../dom.js";
 import { inPercent, inTime } from "../text/numbers.js";
-import { stageTimes, type StageTime } from "../text/stages.js";
+
+export interface StageTime {
+  name: keyof Timings;
+  label: string;
+  ms: number;
+}
+
+const labels: [keyof Timings, string][] = [
+  ["queue", "Waiting"],
+  ["read_a", "Reading A"],
+  ["read_b", "Reading B"],
+  ["align", "Aligning"],
+  ["build", "Building trees"],
+  ["traverse", "Traversal"],
+  ["reduce", "Reduction"],
+  ["certify", "Certificate"],
+  ["areas", "Areas"],
+  ["statistics", "Statistics"],
+];
+
+/** In order of time, without the total. */
+export function stageTimes(timings: Timings): StageTime[] {
+  return labels.flatMap(([name, label]) => {
+    const ms = timings[name];
+    return ms === undefined ? [] : [{ name, label, ms }];
+  });
+}
 
 const length = 1000; // of the bar, in units of the picture
 

@@ -1,7 +1,7 @@
 // The same measurement without the page: a command line, and a gate of `meshgauge check`.
 import type { Comparison, MeshFacts, Options } from "../api/types.js";
+import { rest } from "./criteria.js";
 import { toDigits, toDigitsAbove } from "./numbers.js";
-import { regionsAsked } from "./regions.js";
 import { unitOf } from "./verdict.js";
 
 export interface Names {
@@ -56,6 +56,18 @@ function limitsAsked({ max_distance, max_share_beyond, zone, uncertainty }: NonN
     ...(zone ? { zone } : {}),
     ...(uncertainty ? { uncertainty } : {}),
   };
+}
+
+/** The regions as they were asked for: without those that have the gate's limit. */
+export function regionsAsked({ regions, gate }: Comparison) {
+  const asked = regions?.filter(({ name }) => name !== rest) ?? [];
+  return asked.map(({ name, box, sphere, group, max_distance }) => ({
+    name,
+    ...(box ? { box } : {}),
+    ...(sphere ? { sphere } : {}),
+    ...(group ? { group } : {}),
+    ...(max_distance === undefined || max_distance === gate?.max_distance ? {} : { max_distance }),
+  }));
 }
 
 // Most expectations imply the topology.

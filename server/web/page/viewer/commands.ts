@@ -1,10 +1,10 @@
 // The commands of buttons and keys; each announces its effect.
-import type { LiveRegion } from "./dom";
-import { atLeast, withUnits } from "./figures";
 import { witnessView } from "./camera";
+import type { LiveRegion } from "./dom";
 import { nameOf, other, type CutAxis, type Settings, type Store, type ViewerInput } from "./settings";
 import type { Stage } from "./stage";
 import { length, sub, unit, type Vec3 } from "./vec";
+import { atLeast, withUnits } from "./words";
 
 const kAxes: Record<"x" | "y" | "z", Vec3> = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 

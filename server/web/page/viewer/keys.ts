@@ -1,14 +1,15 @@
-// Keys of the picture, and the list of them in the help: one table for both.
+// Keys of the picture, and the dialog that lists them: one table for both.
 import type { Commands } from "./commands";
+import { button, make } from "./dom";
 import { other, type Store } from "./settings";
 import type { Stage } from "./stage";
 
-export interface KeyHelp {
+interface KeyHelp {
   keys: string;
   does: string;
 }
 
-export const kKeyHelp: readonly KeyHelp[] = [
+const kKeyHelp: readonly KeyHelp[] = [
   { keys: "Arrows", does: "turn" },
   { keys: "Shift and arrows", does: "move" },
   { keys: "+ and -", does: "closer, farther" },
@@ -64,4 +65,18 @@ export function listenToKeys(stage: Stage, store: Store, commands: Commands, hel
     else return;
     event.preventDefault();
   });
+}
+
+// The list of keys, as a dialog.
+export function makeHelp(): HTMLDialogElement {
+  const dialog = make("dialog", { class: "viewer-help", attributes: { "aria-label": "Keys of the viewer" } });
+  const list = make("dl");
+  for (const { keys, does } of kKeyHelp) list.append(make("dt", { text: keys }), make("dd", { text: does }));
+  dialog.append(
+    make("h3", { text: "Keys, while the picture has the focus" }),
+    list,
+    make("p", { text: "Mouse: drag to turn, right button or Shift to move, wheel to come closer. Touch: one finger turns, two move and zoom." }),
+    button("Close", "Close (Escape)", () => dialog.close()),
+  );
+  return dialog;
 }

@@ -5,9 +5,7 @@ import type { CameraState } from "./camera";
 import type { ColourScale } from "./colours";
 import { Commands, witnessLabel } from "./commands";
 import { LiveRegion, make } from "./dom";
-import { makeHelp } from "./help";
-import { listenToKeys } from "./keys";
-import { notesOf } from "./notes";
+import { listenToKeys, makeHelp } from "./keys";
 import { Overlay } from "./overlay";
 import { composed, save } from "./picture";
 import { Scale } from "./scale";
@@ -15,6 +13,7 @@ import { initialSettings, pathsOf, Store, type Side, type ViewerInput } from "./
 import { Stage } from "./stage";
 import type { Tones } from "./surface";
 import { makeToolbar } from "./toolbar";
+import { notesOf } from "./words";
 
 export type { CameraState } from "./camera";
 export type { ViewerInput, Witness } from "./settings";

@@ -1,14 +1,16 @@
 // The layer over the canvas: the witness's label, captions of the parts, the distance under the pointer.
-import { rayThrough } from "./camera";
+import { rayThrough, type Rect } from "./camera";
 import { colourOf, css, type ColourScale } from "./colours";
 import { make } from "./dom";
-import { figure, withUnits } from "./figures";
-import { labelPlace } from "./label_place";
+import type { MarkPlace } from "./marks";
 import { nameOf, other, type Shown } from "./settings";
 import type { LabelPlace, Stage } from "./stage";
+import { figure, withUnits } from "./words";
 
 const kHoverTriangles = 400_000; // with more, the distance is shown on a click
 const kHoverEvery = 60; // ms
+const kGap = 16; // CSS pixels from the marks to the label
+const kEdge = 4; // CSS pixels from the picture's edge to the label
 
 export class Overlay {
   readonly element = make("div", { class: "viewer-overlay" });
@@ -90,4 +92,16 @@ export class Overlay {
     label.dataset.y = String(y - top);
     label.style.transform = `translate(${label.dataset.x}px, ${label.dataset.y}px) translateY(-50%)`;
   }
+}
+
+// Places a label beside a segment: to its right or left, else below or above it; never cut by the picture's edge. Returns the
+// label's left side and vertical middle, in CSS pixels of the window.
+export function labelPlace({ left, right, y }: MarkPlace, picture: Rect, size: { width: number; height: number }): { x: number; y: number } {
+  const [first, last] = [picture.left + kEdge, picture.left + picture.width - kEdge - size.width];
+  const [top, bottom] = [picture.top + kEdge + size.height / 2, picture.top + picture.height - kEdge - size.height / 2];
+  const within = (value: number, from: number, to: number): number => Math.max(from, Math.min(value, to));
+  const beside = [right + kGap, left - kGap - size.width].find((x) => x >= first && x <= last);
+  if (beside !== undefined) return { x: beside, y: within(y, top, bottom) };
+  const below = y + kGap + size.height / 2;
+  return { x: within((left + right - size.width) / 2, first, last), y: within(below <= bottom ? below : y - kGap - size.height / 2, top, bottom) };
 }

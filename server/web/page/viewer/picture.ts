@@ -1,7 +1,7 @@
 // Saves the picture as a PNG file: the canvas with the witness's label and a colour bar.
 import { colourOf, css, ticks, type ColourScale, type Path } from "./colours";
-import { figure, withUnits } from "./figures";
 import { kMarkColour } from "./marks";
+import { figure, withUnits } from "./words";
 
 export interface PictureParts {
   canvas: HTMLCanvasElement;

@@ -4,9 +4,8 @@ import { PerspectiveCamera, Scene, Vector2, Vector4, WebGLRenderer } from "three
 import { axesOf, nearFar, type CameraState, type Rect } from "./camera";
 import type { ColourScale } from "./colours";
 import { Eye } from "./eye";
-import { FrameClock } from "./frame_clock";
 import { hiddenBy, Marks, type MarkPlace } from "./marks";
-import { Pace, type Fineness } from "./pace";
+import { FrameClock, Pace, type Fineness } from "./pace";
 import { Refiner, type PartToDraw } from "./refiner";
 import { Rays } from "./rays";
 import { nameOf, other, shownAt, type Settings, type Shown, type Side, type Store, type ViewerInput } from "./settings";

@@ -1,4 +1,4 @@
-#include "server/store/forms/embedded.h"
+#include "server/store/forms/stores.h"
 
 #include <sys/stat.h>
 #include <sys/wait.h>

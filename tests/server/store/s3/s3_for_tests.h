@@ -11,7 +11,7 @@
 
 #include "../test_folder.h"
 #include "s3_double.h"
-#include "server/store/cached_blobs.h"
+#include "server/store/blob_cache.h"
 #include "server/store/s3/s3_blobs.h"
 
 namespace meshgauge::server::store {

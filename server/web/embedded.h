@@ -1,0 +1,18 @@
+// What the build embeds into the binary: openapi.yaml, and the files of the pages / and /docs, which build.mjs makes.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace meshgauge::server {
+
+std::string_view openapi_yaml();
+
+struct Asset {
+  std::string_view name;  // with its folder: "page/index.html"
+  std::string_view gzip;  // the file's bytes, compressed by gzip
+};
+
+const std::vector<Asset>& assets();  // empty: the binary was built without pages
+
+}  // namespace meshgauge::server
