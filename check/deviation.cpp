@@ -5,8 +5,8 @@
 #include <string>
 #include <system_error>
 
-#include "api/deviation_maker.h"
-#include "api/refused.h"
+#include "api/base/refused.h"
+#include "api/map/deviation_maker.h"
 #include "check/files.h"
 #include "check/manifest/naming.h"
 

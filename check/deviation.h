@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "api/result_document.h"
+#include "api/result/result_document.h"
 #include "engine/control.h"
 #include "engine/result.h"
 #include "engine/tree/prepared.h"
@@ -20,7 +20,7 @@ enum class Refine {
 };
 
 struct DeviationFile {
-  std::filesystem::path path;  // .ply, .glb, .vtp or .csv (api/deviation_ply.h and others), in any case
+  std::filesystem::path path;  // .ply, .glb, .vtp or .csv (api/map/deviation_ply.h and others), in any case
   Refine refine = Refine::by_format;
   unsigned threads = 1;
   bool normals = false;  // of each vertex, as in api::MapOptions

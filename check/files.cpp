@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "api/digest.h"
-#include "api/formats/utf8.h"
+#include "api/base/digest.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::check {
 

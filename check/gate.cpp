@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/gate.h"
+#include "api/options/gate.h"
 
 namespace meshgauge::check {
 

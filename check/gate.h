@@ -11,9 +11,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "api/expectations.h"
-#include "api/mesh_file.h"
-#include "api/request.h"
+#include "api/compare/mesh_file.h"
+#include "api/options/expectations.h"
+#include "api/options/request.h"
 #include "check/manifest/mistake.h"
 #include "engine/result.h"
 

@@ -8,12 +8,12 @@
 #include <string_view>
 #include <utility>
 
-#include "api/compare.h"
-#include "api/figures.h"
+#include "api/base/figures.h"
+#include "api/base/refused.h"
+#include "api/compare/compare.h"
 #include "api/formats/detect.h"
 #include "api/formats/format.h"
-#include "api/refused.h"
-#include "api/request.h"
+#include "api/options/request.h"
 #include "check/text.h"
 #include "engine/hausdorff.h"
 

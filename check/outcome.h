@@ -12,18 +12,18 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/criteria.h"
-#include "api/gate.h"
-#include "api/prepared_mesh.h"
-#include "api/result_document.h"
+#include "api/compare/prepared_mesh.h"
+#include "api/options/gate.h"
+#include "api/result/criteria.h"
+#include "api/result/result_document.h"
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
 
-// pass, fail, undecided: the interval against the limit (api/gate.h), or an expectation. error: there is no interval,
-// because a file is missing or unreadable or the service cannot be reached.
+// pass, fail, undecided: the interval against the limit (api/options/gate.h), or an expectation. error: there is no
+// interval, because a file is missing or unreadable or the service cannot be reached.
 enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
 Verdict verdict_of(api::Verdict verdict);

@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "api/digest.h"
-#include "api/refused.h"
-#include "api/whole_file.h"
+#include "api/base/digest.h"
+#include "api/base/refused.h"
+#include "api/base/whole_file.h"
 #include "check/remote/adaptive_limit.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"

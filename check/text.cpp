@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "api/formats/text.h"
+#include "api/base/text.h"
 
 namespace meshgauge::check {
 

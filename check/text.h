@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "api/figures.h"
-#include "api/formats/text.h"
+#include "api/base/figures.h"
+#include "api/base/text.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::check {

@@ -19,10 +19,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "api/machine.h"
-#include "api/refused.h"
-#include "api/request.h"
-#include "api/utc.h"
+#include "api/base/machine.h"
+#include "api/base/refused.h"
+#include "api/base/utc.h"
+#include "api/options/request.h"
 #include "check/html/html.h"
 #include "check/manifest/baselines.h"
 #include "check/outcome.h"

@@ -8,8 +8,8 @@
 #include <system_error>
 #include <utility>
 
-#include "api/compare.h"
-#include "api/refused.h"
+#include "api/base/refused.h"
+#include "api/compare/compare.h"
 #include "check/deviation.h"
 
 namespace meshgauge::cli {

@@ -8,9 +8,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
 #include "api/formats/detect.h"
-#include "api/json_filter.h"
-#include "api/refused.h"
 #include "check/files.h"
 #include "check/manifest/manifest.h"
 #include "check/manifest/naming.h"

@@ -7,8 +7,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "api/quantity.h"
-#include "api/refused.h"
+#include "api/base/refused.h"
+#include "api/options/quantity.h"
 #include "check/files.h"
 #include "check/manifest/first_manifest.h"
 #include "check/manifest/manifest.h"

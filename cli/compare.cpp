@@ -1,4 +1,4 @@
-#include "api/compare.h"
+#include "api/compare/compare.h"
 
 #include <unistd.h>
 
@@ -10,13 +10,13 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "api/criteria.h"
-#include "api/machine.h"
-#include "api/mesh_file.h"
-#include "api/refused.h"
-#include "api/request.h"
-#include "api/response.h"
-#include "api/result_document.h"
+#include "api/base/machine.h"
+#include "api/base/refused.h"
+#include "api/compare/mesh_file.h"
+#include "api/options/request.h"
+#include "api/result/criteria.h"
+#include "api/result/response.h"
+#include "api/result/result_document.h"
 #include "check/deviation.h"
 #include "check/text.h"
 #include "cli/check_extras.h"

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "api/refused.h"
+#include "api/base/refused.h"
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
 #include "server/main/checked.h"

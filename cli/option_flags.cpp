@@ -7,10 +7,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "api/formats/text.h"
-#include "api/json_filter.h"
-#include "api/refused.h"
-#include "api/unit_plan.h"
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
+#include "api/base/text.h"
+#include "api/options/unit_plan.h"
 #include "check/manifest/yaml_json.h"
 
 namespace meshgauge::cli {

@@ -1,4 +1,4 @@
-// The flags of compare and check that are options of a request (api/request.h): a row of a table each.
+// The flags of compare and check that are options of a request (api/options/request.h): a row of a table each.
 #pragma once
 
 #include <map>
@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/request.h"
+#include "api/options/request.h"
 #include "engine/result.h"
 
 namespace CLI {

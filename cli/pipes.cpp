@@ -11,10 +11,10 @@
 #include <cstring>
 #include <new>
 
-#include "api/descriptor.h"
-#include "api/machine.h"
-#include "api/memory_file.h"
-#include "api/refused.h"
+#include "api/base/descriptor.h"
+#include "api/base/machine.h"
+#include "api/base/memory_file.h"
+#include "api/base/refused.h"
 
 namespace meshgauge::cli {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "api/mesh_file.h"
+#include "api/compare/mesh_file.h"
 #include "engine/result.h"
 
 namespace meshgauge::cli {

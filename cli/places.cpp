@@ -4,7 +4,7 @@
 
 #include <system_error>
 
-#include "api/refused.h"
+#include "api/base/refused.h"
 
 namespace meshgauge::cli {
 namespace {

@@ -8,12 +8,12 @@
 #include <limits>
 #include <optional>
 
-#include "api/criteria.h"
-#include "api/figures.h"
-#include "api/gate.h"
-#include "api/json_of.h"
-#include "api/names.h"
-#include "api/notes.h"
+#include "api/base/figures.h"
+#include "api/options/gate.h"
+#include "api/options/names.h"
+#include "api/result/criteria.h"
+#include "api/result/json_of.h"
+#include "api/result/notes.h"
 
 namespace meshgauge::cli {
 namespace {

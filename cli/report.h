@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "api/compare.h"
+#include "api/compare/compare.h"
 
 namespace meshgauge::cli {
 

@@ -9,7 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "api/suggestion.h"
+#include "api/base/suggestion.h"
 #include "cli/commands.h"
 #include "engine/hausdorff.h"
 

@@ -10,7 +10,7 @@
 
 namespace meshgauge {
 
-// The kind of a failure. api/problem.h gives each its HTTP status.
+// The kind of a failure. api/base/problem.h gives each its HTTP status.
 enum class ErrorCode {
   invalid_request,       // options, parts or flags that cannot be understood
   unit_conflict,         // the units of a limit and two meshes contradict each other, or one is unknown

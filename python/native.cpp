@@ -13,14 +13,14 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/compare.h"
-#include "api/deviation_maker.h"
-#include "api/machine.h"
-#include "api/mesh_file.h"
-#include "api/problem.h"
-#include "api/request.h"
-#include "api/response.h"
-#include "api/result_document.h"
+#include "api/base/machine.h"
+#include "api/base/problem.h"
+#include "api/compare/compare.h"
+#include "api/compare/mesh_file.h"
+#include "api/map/deviation_maker.h"
+#include "api/options/request.h"
+#include "api/result/response.h"
+#include "api/result/result_document.h"
 #include "cli/commands.h"
 #include "cli/run.h"
 #include "engine/hausdorff.h"

@@ -1,8 +1,8 @@
 // The C interface for the Python package, which calls it by ctypes (python/meshgauge/_native.py).
 //
 // A job compares two meshes on a thread of its own, so that the caller can wait in short steps and react to signals
-// between them. Options and answers are the JSON documents of the service: api/request.h, api/response.h,
-// api/problem.h.
+// between them. Options and answers are the JSON documents of the service: api/options/request.h,
+// api/result/response.h, api/base/problem.h.
 #pragma once
 
 #include <stddef.h>
@@ -50,7 +50,8 @@ int meshgauge_wait(meshgauge_job* job, int milliseconds);
 const char* meshgauge_answer(const meshgauge_job* job, const char** problem);
 
 // Returns the number of vertices whose distances a job that has ended measured, with these in `*distances`, and in
-// `*with_signs` DeviationMap::signed_distance() of each (api/deviation_map.h), or NULL. Valid until meshgauge_free().
+// `*with_signs` DeviationMap::signed_distance() of each (api/map/deviation_map.h), or NULL. Valid until
+// meshgauge_free().
 size_t meshgauge_at_vertices(const meshgauge_job* job, const double** distances, const double** with_signs);
 
 // Cancels the job if it still runs and waits for its end. May be called more than once.

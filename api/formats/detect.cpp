@@ -4,13 +4,13 @@
 #include <array>
 #include <string>
 
-#include "api/formats/gltf_archive.h"
-#include "api/formats/gzip.h"
-#include "api/formats/ply_header.h"
-#include "api/formats/readers.h"
-#include "api/formats/source.h"
-#include "api/formats/text.h"
-#include "api/formats/zip.h"
+#include "api/base/text.h"
+#include "api/formats/file/gzip.h"
+#include "api/formats/file/readers.h"
+#include "api/formats/file/source.h"
+#include "api/formats/file/zip.h"
+#include "api/formats/gltf/gltf_archive.h"
+#include "api/formats/text/ply_header.h"
 
 namespace meshgauge::api {
 namespace {

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "api/formats/detect.h"
-#include "api/formats/gzip.h"
-#include "api/formats/readers.h"
-#include "api/formats/source.h"
+#include "api/formats/file/gzip.h"
+#include "api/formats/file/readers.h"
+#include "api/formats/file/source.h"
 
 namespace meshgauge::api {
 namespace {

@@ -4,7 +4,7 @@
 //   * coordinates are the file's own numbers: text correctly rounded (bit-equal to strtod), binary exact;
 //   * counts are checked against the remaining bytes before memory is allocated;
 //   * NaN, infinity, trailing characters in a number and an index out of range are refused, with line or byte;
-//   * faces of more than three corners are split into triangles (api/formats/polygons.h);
+//   * faces of more than three corners are split into triangles (api/formats/polygons/polygons.h);
 //   * degenerate triangles are kept;
 //   * a file of points alone is read as a point cloud;
 //   * what describes surface and is not read is a remark, or a refusal if there is no other surface;
@@ -19,9 +19,9 @@
 #include <string_view>
 #include <vector>
 
-#include "api/formats/groups.h"
-#include "api/formats/unread.h"
-#include "api/units.h"
+#include "api/base/units.h"
+#include "api/formats/file/groups.h"
+#include "api/formats/file/unread.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
 

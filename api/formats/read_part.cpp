@@ -7,7 +7,7 @@
 #include <new>
 #include <vector>
 
-#include "api/formats/source.h"
+#include "api/formats/file/source.h"
 
 namespace meshgauge::api {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/figures.h"
+#include "api/base/figures.h"
 #include "check/html/markup.h"
 #include "check/reports/wording.h"
 #include "check/text.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "api/figures.h"
+#include "api/base/figures.h"
 #include "check/html/diagrams.h"
 #include "check/html/markup.h"
 #include "check/reports/wording.h"

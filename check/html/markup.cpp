@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 
-#include "api/formats/utf8.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::check {
 namespace {

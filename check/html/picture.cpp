@@ -10,8 +10,8 @@
 
 #include <Eigen/Geometry>
 
-#include "api/compare.h"
-#include "api/refused.h"
+#include "api/base/refused.h"
+#include "api/compare/compare.h"
 #include "check/html/render.h"
 #include "engine/tree/nearest.h"
 

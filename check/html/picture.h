@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "api/colour_map.h"
+#include "api/map/colour_map.h"
 #include "check/html/camera.h"
 #include "check/html/histogram.h"
 #include "check/outcome.h"

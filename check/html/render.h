@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "api/colour_map.h"
+#include "api/map/colour_map.h"
 #include "check/html/camera.h"
 #include "engine/thread_pool.h"
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <variant>
 
-#include "api/formats/gltf_bundle.h"
-#include "api/json_filter.h"
-#include "api/load.h"
-#include "api/whole_file.h"
+#include "api/base/json_filter.h"
+#include "api/base/whole_file.h"
+#include "api/compare/load.h"
+#include "api/formats/gltf/gltf_bundle.h"
 #include "check/files.h"
 #include "check/manifest/naming.h"
 #include "engine/control.h"

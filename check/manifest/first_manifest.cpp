@@ -7,10 +7,10 @@
 #include <string_view>
 #include <utility>
 
+#include "api/base/refused.h"
+#include "api/base/text.h"
+#include "api/base/utf8.h"
 #include "api/formats/detect.h"
-#include "api/formats/text.h"
-#include "api/formats/utf8.h"
-#include "api/refused.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/naming.h"

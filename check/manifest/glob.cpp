@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "api/json_filter.h"
-#include "api/refused.h"
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
 #include "check/files.h"
 
 namespace meshgauge::check {

@@ -5,10 +5,10 @@
 #include <set>
 #include <system_error>
 
-#include "api/formats/utf8.h"
-#include "api/json_filter.h"
-#include "api/refused.h"
-#include "api/whole_file.h"
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
+#include "api/base/utf8.h"
+#include "api/base/whole_file.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/manifest_text.h"

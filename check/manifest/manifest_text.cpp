@@ -6,12 +6,12 @@
 #include <string>
 #include <utility>
 
-#include "api/formats/utf8.h"
-#include "api/json_filter.h"
-#include "api/names.h"
-#include "api/refused.h"
-#include "api/request.h"
-#include "api/suggestion.h"
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
+#include "api/base/suggestion.h"
+#include "api/base/utf8.h"
+#include "api/options/names.h"
+#include "api/options/request.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/naming.h"
 #include "check/manifest/yaml_json.h"

@@ -3,10 +3,10 @@
 #include <functional>
 #include <utility>
 
-#include "api/formats/text.h"
-#include "api/json_filter.h"
-#include "api/refused.h"
-#include "api/suggestion.h"
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
+#include "api/base/suggestion.h"
+#include "api/base/text.h"
 
 namespace meshgauge::check {
 namespace {

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "api/base/json_filter.h"
 #include "api/formats/detect.h"
-#include "api/json_filter.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/spelling.h"

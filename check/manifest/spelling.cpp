@@ -6,7 +6,7 @@
 #include <cwctype>
 #include <utility>
 
-#include "api/formats/utf8.h"
+#include "api/base/utf8.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "api/formats/text.h"
-#include "api/json_filter.h"
+#include "api/base/json_filter.h"
+#include "api/base/text.h"
 
 namespace meshgauge::check {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/request/surface.h"
+#include "api/options/surface.h"
 #include "check/manifest/mistake.h"
 #include "check/manifest/yaml_tree.h"
 

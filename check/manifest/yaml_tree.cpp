@@ -10,8 +10,8 @@
 #include <yaml-cpp/mark.h>
 #include <yaml-cpp/parser.h>
 
-#include "api/formats/utf8.h"
-#include "api/json_filter.h"
+#include "api/base/json_filter.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::check {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <curl/curl.h>
 
-#include "api/refused.h"
+#include "api/base/refused.h"
 #include "check/text.h"
 
 namespace meshgauge::check::service {

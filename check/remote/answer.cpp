@@ -4,13 +4,13 @@
 #include <array>
 #include <utility>
 
-#include "api/align.h"
-#include "api/expectations.h"
-#include "api/json_filter.h"
-#include "api/json_of.h"
-#include "api/names.h"
-#include "api/problem.h"
-#include "api/result_document.h"
+#include "api/base/json_filter.h"
+#include "api/base/problem.h"
+#include "api/compare/align.h"
+#include "api/options/expectations.h"
+#include "api/options/names.h"
+#include "api/result/json_of.h"
+#include "api/result/result_document.h"
 #include "check/remote/address.h"
 
 namespace meshgauge::check::service {

@@ -6,9 +6,9 @@
 #include <span>
 #include <thread>
 
-#include "api/batch_request.h"
-#include "api/formats/text.h"
-#include "api/formats/utf8.h"
+#include "api/base/text.h"
+#include "api/base/utf8.h"
+#include "api/options/batch_request.h"
 
 namespace meshgauge::check::service {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "api/request.h"
+#include "api/options/request.h"
 
 namespace meshgauge::check::service {
 

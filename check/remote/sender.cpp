@@ -5,10 +5,10 @@
 #include <span>
 #include <utility>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
+#include "api/compare/mesh_file.h"
 #include "api/formats/detect.h"
-#include "api/formats/gzip.h"
-#include "api/mesh_file.h"
+#include "api/formats/file/gzip.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "check/reports/wording.h"
 #include "check/text.h"
 

@@ -13,9 +13,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/figures.h"
-#include "api/json_of.h"
-#include "api/refused.h"
+#include "api/base/figures.h"
+#include "api/base/refused.h"
+#include "api/result/json_of.h"
 #include "check/text.h"
 
 namespace meshgauge::check {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "api/figures.h"
-#include "api/junit.h"
-#include "api/names.h"
+#include "api/base/figures.h"
+#include "api/options/names.h"
+#include "api/result/junit.h"
 #include "check/reports/wording.h"
 
 namespace meshgauge::check {

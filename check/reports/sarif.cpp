@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "api/names.h"
+#include "api/options/names.h"
 #include "check/reports/finding.h"
 #include "check/reports/wording.h"
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <cstdio>
 
-#include "api/figures.h"
-#include "api/formats/utf8.h"
+#include "api/base/figures.h"
+#include "api/base/utf8.h"
 #include "check/text.h"
 
 namespace meshgauge::check {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/names.h"
+#include "api/options/names.h"
 #include "check/reports/history.h"
 
 namespace meshgauge::check {

@@ -4,9 +4,9 @@
 #include <chrono>
 #include <utility>
 
-#include "api/compare.h"
-#include "api/request.h"
-#include "api/response.h"
+#include "api/compare/compare.h"
+#include "api/options/request.h"
+#include "api/result/response.h"
 
 namespace meshgauge::check {
 namespace {

@@ -7,9 +7,9 @@
 #include <thread>
 #include <utility>
 
+#include "api/compare/load.h"
+#include "api/compare/mesh_file.h"
 #include "api/formats/detect.h"
-#include "api/load.h"
-#include "api/mesh_file.h"
 
 namespace meshgauge::check {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "api/prepared_mesh.h"
+#include "api/compare/prepared_mesh.h"
 #include "check/gate.h"
 #include "engine/control.h"
 #include "engine/result.h"

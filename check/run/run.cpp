@@ -15,7 +15,7 @@
 #include <tuple>
 #include <utility>
 
-#include "api/refused.h"
+#include "api/base/refused.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::check {

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 NO_SURFACE = "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no surface"
 MERGED = "vertices merged with another at exactly the same position"
 NOT_PLACED = "objects outside of the build or the scene, left out"
-# Notes that the engine has as well (api/notes.cpp), and the member of the result that has their count.
+# Notes that the engine has as well (api/result/notes.cpp), and the member of the result that has their count.
 _MEMBERS = {NO_SURFACE: "skipped_primitives", MERGED: "welded_vertices", NOT_PLACED: "unused_objects"}
 
 

@@ -113,7 +113,7 @@ def _starts(array: Any, place: Place, cell: str, least: int) -> Any:
 
 def triangles_of_strips(strips: Packed) -> tuple[Any, int]:
     """The triangles (m, 3) of strips, every second one reversed so that all face the same way, and the number of joins: of
-    triangles with a repeated corner, which are left out (api/formats/polygons.h has the same rule)."""
+    triangles with a repeated corner, which are left out (api/formats/polygons/polygons.h has the same rule)."""
     numpy = numpy_module()
     counts, corners = strips.counts.astype(numpy.int64), strips.corners
     place_in_strip = numpy.arange(len(corners)) - numpy.repeat(numpy.cumsum(counts) - counts, counts)

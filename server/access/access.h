@@ -16,7 +16,7 @@
 #include <variant>
 #include <vector>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "engine/result.h"
 #include "server/access/keys.h"
 #include "server/http/head.h"

@@ -9,11 +9,11 @@
 #include <openssl/crypto.h>
 #include <nlohmann/json.hpp>
 
-#include "api/digest.h"
-#include "api/json_filter.h"
-#include "api/refused.h"
-#include "api/utc.h"
-#include "api/whole_file.h"
+#include "api/base/digest.h"
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
+#include "api/base/utc.h"
+#include "api/base/whole_file.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {

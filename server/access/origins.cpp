@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "api/formats/source.h"
-#include "api/refused.h"
+#include "api/base/refused.h"
+#include "api/formats/file/source.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {

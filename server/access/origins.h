@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "engine/result.h"
 #include "server/http/exchange.h"
 #include "server/http/head.h"

@@ -4,7 +4,7 @@
 #include <mutex>
 #include <utility>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/handlers/refusals.h"
 #include "server/http/head_values.h"
 

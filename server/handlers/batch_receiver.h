@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/batch_request.h"
+#include "api/options/batch_request.h"
 #include "server/access/access.h"
 #include "server/http/exchange.h"
 #include "server/http/multipart.h"

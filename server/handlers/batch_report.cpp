@@ -4,11 +4,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/criteria.h"
-#include "api/figures.h"
-#include "api/json_of.h"
-#include "api/junit.h"
-#include "api/result_document.h"
+#include "api/base/figures.h"
+#include "api/result/criteria.h"
+#include "api/result/json_of.h"
+#include "api/result/junit.h"
+#include "api/result/result_document.h"
 #include "server/measure/job_document.h"
 #include "server/web/pages.h"
 

@@ -12,9 +12,9 @@
 #include <unordered_set>
 #include <utility>
 
-#include "api/batch_request.h"
-#include "api/digest.h"
-#include "api/problem.h"
+#include "api/base/digest.h"
+#include "api/base/problem.h"
+#include "api/options/batch_request.h"
 #include "server/handlers/batch_report.h"
 #include "server/handlers/refusals.h"
 #include "server/http/head_values.h"

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "api/formats/file_path.h"
-#include "api/formats/gltf_bundle.h"
-#include "api/formats/source.h"
-#include "api/request.h"
+#include "api/formats/file/file_path.h"
+#include "api/formats/file/source.h"
+#include "api/formats/gltf/gltf_bundle.h"
+#include "api/options/request.h"
 #include "server/handlers/refusals.h"
 
 namespace meshgauge::server {

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/access/entrance.h"
 #include "server/handlers/comparison_form.h"
 #include "server/handlers/refusals.h"

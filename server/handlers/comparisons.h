@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "api/request.h"
+#include "api/options/request.h"
 #include "server/http/connection_limit.h"
 #include "server/http/exchange.h"
 #include "server/http/head_values.h"

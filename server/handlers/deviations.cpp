@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/digest.h"
-#include "api/problem.h"
+#include "api/base/digest.h"
+#include "api/base/problem.h"
 #include "engine/hausdorff.h"
 #include "server/access/entrance.h"
 #include "server/handlers/refusals.h"

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/handlers/batches.h"
 #include "server/handlers/meshes.h"
 #include "server/http/head_values.h"

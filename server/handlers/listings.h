@@ -8,7 +8,7 @@
 #include <string>
 #include <variant>
 
-#include "api/json_of.h"
+#include "api/result/json_of.h"
 #include "server/access/access.h"
 #include "server/http/exchange.h"
 #include "server/measure/stores.h"

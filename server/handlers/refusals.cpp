@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "api/formats/detect.h"
-#include "api/formats/source.h"
+#include "api/formats/file/source.h"
 #include "server/http/multipart.h"
 #include "server/http/text.h"
 

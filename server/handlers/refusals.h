@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/http/exchange.h"
 #include "server/settings/settings.h"
 

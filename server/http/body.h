@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/http/connection.h"
 #include "server/http/head.h"
 

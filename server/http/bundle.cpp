@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "api/formats/gltf_bundle.h"
+#include "api/formats/gltf/gltf_bundle.h"
 
 namespace meshgauge::server {
 namespace {

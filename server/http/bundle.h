@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/http/multipart.h"
 #include "server/http/upload.h"
 
 namespace meshgauge::server {
 
 struct SentFile {
-  std::string path;  // relative, without '.' and '..' (api/formats/file_path.h)
+  std::string path;  // relative, without '.' and '..' (api/formats/file/file_path.h)
   std::unique_ptr<Upload> upload;
 };
 
@@ -27,7 +27,7 @@ struct MeshField {
 // Returns the size of the mesh's upload and its files together.
 std::uint64_t bytes_of(const MeshField& field);
 
-// Replaces the upload of a mesh that has files by one archive of all of them (api/formats/gltf_bundle.h); a mesh
+// Replaces the upload of a mesh that has files by one archive of all of them (api/formats/gltf/gltf_bundle.h); a mesh
 // without files stays as it is. The document is not parsed here: its reader in the sandbox checks which files it names.
 // While the archive is written, the budget counts the largest file twice.
 //

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <span>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 
 namespace meshgauge::server {
 

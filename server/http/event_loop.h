@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 
 namespace meshgauge::server {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "api/compare.h"
-#include "api/problem.h"
-#include "api/response.h"
+#include "api/base/problem.h"
+#include "api/compare/compare.h"
+#include "api/result/response.h"
 #include "server/http/body.h"
 #include "server/http/head.h"
 

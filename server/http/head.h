@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 
 namespace meshgauge::server {
 

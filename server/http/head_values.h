@@ -1,4 +1,4 @@
-// What is read in the head of a request by those who handle it: the values of some headers, and the query.
+// Values of headers and the query of a request, for its handlers.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/http/head.h"
 
 namespace meshgauge::server {

@@ -1,6 +1,6 @@
 #include "server/http/multipart.h"
 
-#include "api/formats/source.h"
+#include "api/formats/file/source.h"
 #include "server/http/head.h"
 #include "server/http/head_values.h"
 #include "server/http/text.h"

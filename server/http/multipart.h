@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 
 namespace meshgauge::server {
 

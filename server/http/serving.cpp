@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <variant>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/http/connection.h"
 #include "server/http/edge.h"
 #include "server/http/exchange.h"

@@ -13,7 +13,7 @@
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
 
-#include "api/refused.h"
+#include "api/base/refused.h"
 
 namespace meshgauge::server {
 namespace {

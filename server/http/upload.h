@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "api/descriptor.h"
-#include "api/problem.h"
+#include "api/base/descriptor.h"
+#include "api/base/problem.h"
 
 namespace meshgauge::server {
 

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/base/heap.h"
 
 namespace meshgauge::server {

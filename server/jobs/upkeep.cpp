@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "api/utc.h"
+#include "api/base/utc.h"
 #include "server/base/heap.h"
 #include "server/observe/log.h"
 

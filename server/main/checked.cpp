@@ -5,8 +5,8 @@
 #include <tuple>
 #include <utility>
 
-#include "api/machine.h"
-#include "api/refused.h"
+#include "api/base/machine.h"
+#include "api/base/refused.h"
 #include "server/access/origins.h"
 #include "server/store/conninfo.h"
 

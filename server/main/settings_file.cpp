@@ -4,8 +4,8 @@
 #include <set>
 #include <vector>
 
-#include "api/refused.h"
-#include "api/whole_file.h"
+#include "api/base/refused.h"
+#include "api/base/whole_file.h"
 #include "server/http/text.h"
 #include "server/store/conninfo.h"
 

@@ -7,9 +7,9 @@
 #include <cstring>
 #include <utility>
 
-#include "api/compare.h"
-#include "api/digest.h"
-#include "api/refused.h"
+#include "api/base/digest.h"
+#include "api/base/refused.h"
+#include "api/compare/compare.h"
 #include "server/base/heap.h"
 #include "server/http/upload.h"
 #include "server/observe/log.h"

@@ -9,8 +9,8 @@
 #include <mutex>
 #include <thread>
 
-#include "api/digest.h"
-#include "api/refused.h"
+#include "api/base/digest.h"
+#include "api/base/refused.h"
 #include "server/access/entrance.h"
 #include "server/base/heap.h"
 #include "server/handlers/readiness.h"

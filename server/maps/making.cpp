@@ -5,9 +5,9 @@
 #include <new>
 #include <utility>
 
-#include "api/compare.h"
-#include "api/deviation_glb.h"
-#include "api/problem.h"
+#include "api/base/problem.h"
+#include "api/compare/compare.h"
+#include "api/map/deviation_glb.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "api/response.h"
+#include "api/result/response.h"
 #include "engine/control.h"
 #include "server/jobs/jobs.h"
 #include "server/maps/map_query.h"

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <variant>
 
-#include "api/deviation_maker.h"
-#include "api/problem.h"
+#include "api/base/problem.h"
+#include "api/map/deviation_maker.h"
 
 namespace meshgauge::server {
 

@@ -4,10 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/json_of.h"
-#include "api/problem.h"
-#include "api/request.h"
-#include "api/utc.h"
+#include "api/base/problem.h"
+#include "api/base/utc.h"
+#include "api/options/request.h"
+#include "api/result/json_of.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "server/measure/live_job.h"
 
 namespace meshgauge::server {

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::server {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "api/request.h"
-#include "api/response.h"
+#include "api/options/request.h"
+#include "api/result/response.h"
 #include "engine/control.h"
 #include "server/access/access.h"
 #include "server/http/exchange.h"

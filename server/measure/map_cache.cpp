@@ -14,8 +14,8 @@
 #include <span>
 #include <streambuf>
 
-#include "api/descriptor.h"
-#include "api/digest.h"
+#include "api/base/descriptor.h"
+#include "api/base/digest.h"
 #include "server/http/upload.h"
 #include "server/store/data_folder.h"
 

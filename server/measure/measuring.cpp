@@ -4,10 +4,10 @@
 #include <new>
 #include <utility>
 
-#include "api/criteria.h"
-#include "api/gate.h"
-#include "api/problem.h"
-#include "api/response.h"
+#include "api/base/problem.h"
+#include "api/options/gate.h"
+#include "api/result/criteria.h"
+#include "api/result/response.h"
 #include "server/base/heap.h"
 #include "server/measure/job_document.h"
 #include "server/observe/log.h"

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <utility>
 
-#include "api/compare.h"
+#include "api/compare/compare.h"
 #include "server/measure/live_job.h"
 #include "server/measure/memory_budget.h"
 #include "server/observe/metrics.h"

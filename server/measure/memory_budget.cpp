@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "api/load.h"
+#include "api/compare/load.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::server {

@@ -9,8 +9,8 @@
 #include <mutex>
 #include <utility>
 
+#include "api/compare/load.h"
 #include "api/formats/detect.h"
-#include "api/load.h"
 #include "server/base/heap.h"
 
 namespace meshgauge::server {

@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "api/compare/prepared_mesh.h"
 #include "api/formats/format.h"
-#include "api/prepared_mesh.h"
 #include "engine/control.h"
 #include "engine/result.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "api/load.h"
+#include "api/compare/load.h"
 #include "server/http/bundle.h"
 #include "server/measure/mesh_cache.h"
 #include "server/store/blob_store.h"

@@ -15,7 +15,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/utc.h"
+#include "api/base/utc.h"
 #include "server/base/heap.h"
 #include "server/observe/log_queue.h"
 

@@ -14,9 +14,9 @@
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
-#include "api/names.h"
-#include "api/problem.h"
-#include "api/response.h"
+#include "api/base/problem.h"
+#include "api/options/names.h"
+#include "api/result/response.h"
 #include "server/observe/readings.h"
 
 namespace meshgauge::server {

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "api/compare.h"
-#include "api/deviation_map.h"
+#include "api/compare/compare.h"
+#include "api/map/deviation_map.h"
 #include "server/sandbox/pool.h"
 
 namespace meshgauge::server {

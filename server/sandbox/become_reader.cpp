@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "api/memory_file.h"
+#include "api/base/memory_file.h"
 
 namespace meshgauge::server::sandbox {
 

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 #include "engine/control.h"
 
 namespace meshgauge::server::sandbox {

@@ -20,7 +20,7 @@
 #include <linux/seccomp.h>
 #include <seccomp.h>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 
 namespace meshgauge::server::sandbox {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "api/memory_file.h"
+#include "api/base/memory_file.h"
 
 namespace meshgauge::server::sandbox {
 namespace {

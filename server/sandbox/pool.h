@@ -14,7 +14,7 @@
 #include <variant>
 #include <vector>
 
-#include "api/load.h"
+#include "api/compare/load.h"
 #include "server/sandbox/reading.h"
 #include "server/sandbox/spawner_client.h"
 

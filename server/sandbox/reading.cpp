@@ -10,7 +10,7 @@
 #include <memory>
 #include <utility>
 
-#include "api/formats/source.h"
+#include "api/formats/file/source.h"
 #include "engine/mesh/large_array.h"
 #include "server/sandbox/channel.h"
 #include "server/sandbox/worker.h"

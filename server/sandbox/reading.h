@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "api/digest.h"
-#include "api/load.h"
+#include "api/base/digest.h"
+#include "api/compare/load.h"
 #include "engine/result.h"
 #include "server/sandbox/protocol.h"
 #include "server/sandbox/spawner_client.h"

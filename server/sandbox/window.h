@@ -15,7 +15,7 @@
 #include <span>
 #include <utility>
 
-#include "api/memory_file.h"
+#include "api/base/memory_file.h"
 
 namespace meshgauge::server::sandbox {
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "api/formats/source.h"
+#include "api/formats/file/source.h"
 #include "server/sandbox/channel.h"
 #include "server/sandbox/confine.h"
 #include "server/sandbox/window.h"

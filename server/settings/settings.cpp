@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "api/machine.h"
+#include "api/base/machine.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::server {

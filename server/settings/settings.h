@@ -7,7 +7,7 @@
 #include <string>
 
 #include "api/formats/format.h"
-#include "api/request.h"
+#include "api/options/request.h"
 #include "engine/result.h"
 
 namespace meshgauge::server {

@@ -10,7 +10,7 @@
 #include <tuple>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/data_folder.h"
 
 namespace meshgauge::server::store {

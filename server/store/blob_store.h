@@ -22,7 +22,7 @@
 #include <string>
 #include <utility>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 #include "engine/result.h"
 
 namespace meshgauge::server::store {

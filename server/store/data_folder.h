@@ -14,7 +14,7 @@
 
 #include <string>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 #include "engine/result.h"
 
 namespace meshgauge::server::store {

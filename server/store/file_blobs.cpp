@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/data_folder.h"
 #include "server/store/remote_blobs.h"
 

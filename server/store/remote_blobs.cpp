@@ -1,6 +1,6 @@
 #include "server/store/remote_blobs.h"
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 
 namespace meshgauge::server::store {
 

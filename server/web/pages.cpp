@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "engine/hausdorff.h"
 #include "server/http/head_values.h"
 #include "server/web/embedded.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "api/load.h"
+#include "api/compare/load.h"
 #include "server/base/heap.h"
 #include "server/measure/kept_blobs.h"
 #include "server/measure/live_job.h"

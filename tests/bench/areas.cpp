@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "api/names.h"
+#include "api/options/names.h"
 #include "engine/hausdorff.h"
 #include "tests/bench/read.h"
 

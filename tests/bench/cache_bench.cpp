@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "api/compare.h"
-#include "api/digest.h"
+#include "api/base/digest.h"
+#include "api/compare/compare.h"
 #include "server/measure/mesh_cache.h"
 #include "shapes.h"
 

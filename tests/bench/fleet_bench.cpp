@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/postgres/postgres_store.h"
 #include "tests/bench/store_timing.h"
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "api/response.h"
+#include "api/result/response.h"
 #include "server/observe/log.h"
 #include "server/observe/metrics.h"
 

@@ -15,9 +15,9 @@
 #include <string_view>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
+#include "api/compare/load.h"
 #include "api/formats/read_part.h"
-#include "api/load.h"
 #include "server/http/upload.h"
 #include "server/sandbox/become_reader.h"
 #include "server/sandbox/pool.h"

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/forms/stores.h"
 #include "tests/bench/store_timing.h"
 #include "tests/server/store/single_job.h"

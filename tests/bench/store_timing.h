@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/job_store.h"
 
 namespace meshgauge::server::store {

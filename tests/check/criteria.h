@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/criteria.h"
+#include "api/result/criteria.h"
 #include "check/outcome.h"
 
 namespace meshgauge::check {

@@ -3,8 +3,8 @@
 
 #include <doctest/doctest.h>
 
-#include "api/formats/utf8.h"
-#include "api/suggestion.h"
+#include "api/base/suggestion.h"
+#include "api/base/utf8.h"
 #include "check/manifest/mistake.h"
 #include "check/manifest/naming.h"
 

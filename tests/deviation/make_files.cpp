@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/colour_map.h"
+#include "api/map/colour_map.h"
 #include "check/deviation.h"
 #include "engine/extras/display/deviation.h"
 #include "shapes.h"

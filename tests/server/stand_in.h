@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "api/prepared_mesh.h"
+#include "api/compare/prepared_mesh.h"
 #include "server/measure/mesh_source.h"
 
 namespace meshgauge::server {

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 #include "server/store/postgres/connection.h"
 #include "server/store/signals.h"
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <set>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/rows.h"
 
 namespace meshgauge::server::store {

@@ -5,7 +5,7 @@
 #include <cassert>
 #include <utility>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/policy.h"
 #include "server/store/postgres/schema.h"
 #include "server/store/rows.h"

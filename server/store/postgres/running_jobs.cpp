@@ -1,7 +1,7 @@
 // PostgresStore: claims, heartbeats and ends of jobs.
 #include <cassert>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/postgres/postgres_store.h"
 #include "server/store/rows.h"
 #include "server/store/transitions.h"

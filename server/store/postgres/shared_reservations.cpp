@@ -1,6 +1,6 @@
 #include "server/store/postgres/shared_reservations.h"
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/postgres/pool.h"
 
 namespace meshgauge::server::store {

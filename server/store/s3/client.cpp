@@ -13,8 +13,8 @@
 #include <string_view>
 #include <thread>
 
-#include "api/digest.h"
-#include "api/utc.h"
+#include "api/base/digest.h"
+#include "api/base/utc.h"
 #include "server/store/s3/signature.h"
 
 namespace meshgauge::server::store {

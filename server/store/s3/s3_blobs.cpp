@@ -14,7 +14,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 
 namespace meshgauge::server::store {
 namespace {

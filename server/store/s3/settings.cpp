@@ -7,7 +7,7 @@
 #include <memory>
 #include <string_view>
 
-#include "api/refused.h"
+#include "api/base/refused.h"
 
 namespace meshgauge::server::store {
 namespace {

@@ -9,8 +9,8 @@
 #include <span>
 #include <stdexcept>
 
-#include "api/digest.h"
-#include "api/utc.h"
+#include "api/base/digest.h"
+#include "api/base/utc.h"
 
 namespace meshgauge::server::store {
 namespace {

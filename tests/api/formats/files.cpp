@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "api/formats/gltf_bundle.h"
+#include "api/formats/gltf/gltf_bundle.h"
 
 namespace meshgauge::api::test {
 

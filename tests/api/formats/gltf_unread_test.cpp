@@ -1,5 +1,5 @@
 // Extensions that bring or change surface, and what else a glTF says of it, are noted or refused by name.
-#include "api/formats/gltf_extensions.h"
+#include "api/formats/gltf/gltf_extensions.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // What a 3MF may hold of a surface and is not read: noted or refused, never passed in silence.
-#include "api/formats/readers.h"
+#include "api/formats/file/readers.h"
 
 #include "tests/api/formats/three_mf_files.h"
 

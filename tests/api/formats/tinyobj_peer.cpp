@@ -9,8 +9,8 @@
 
 #include <tiny_obj_loader.h>
 
-#include "api/formats/polygons.h"
-#include "api/formats/text.h"
+#include "api/base/text.h"
+#include "api/formats/polygons/polygons.h"
 
 namespace meshgauge::api::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <memory>
 
-#include "api/machine.h"
+#include "api/base/machine.h"
 #include "check/criteria.h"
 #include "check/html/gallery.h"
 #include "check/html/html.h"

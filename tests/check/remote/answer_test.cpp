@@ -6,7 +6,7 @@
 
 #include <doctest/doctest.h>
 
-#include "api/align.h"
+#include "api/compare/align.h"
 #include "check/criteria.h"
 
 using namespace meshgauge;

@@ -13,7 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/request.h"
+#include "api/options/request.h"
 #include "check/remote.h"
 #include "check/run/local.h"
 #include "check/run/meshes.h"

@@ -1,4 +1,4 @@
-#include "api/expectations.h"
+#include "api/options/expectations.h"
 
 #include <initializer_list>
 #include <string>

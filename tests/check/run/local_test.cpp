@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "api/compare.h"
-#include "api/response.h"
-#include "api/whole_file.h"
+#include "api/base/whole_file.h"
+#include "api/compare/compare.h"
+#include "api/result/response.h"
 #include "check/run/gates.h"
 #include "check/run/run.h"
 #include "shapes.h"

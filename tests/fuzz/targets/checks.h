@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "api/problem.h"
+#include "api/base/problem.h"
 #include "tests/fuzz/dice.h"
 
 namespace meshgauge::fuzz {

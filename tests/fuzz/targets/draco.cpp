@@ -2,7 +2,7 @@
 // range and a value for each point; a refusal names the part; the same stream gives the same answer again.
 #include <map>
 
-#include "api/formats/gltf_draco.h"
+#include "api/formats/gltf/gltf_draco.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

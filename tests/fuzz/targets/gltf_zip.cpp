@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "api/formats/gltf_bundle.h"
+#include "api/formats/gltf/gltf_bundle.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/mesh_file.h"
 #include "tests/fuzz/targets/target.h"

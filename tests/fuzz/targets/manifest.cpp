@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/formats/utf8.h"
-#include "api/quantity.h"
-#include "api/request.h"
+#include "api/base/utf8.h"
+#include "api/options/quantity.h"
+#include "api/options/request.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/manifest_text.h"
 #include "check/manifest/naming.h"

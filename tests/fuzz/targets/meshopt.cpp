@@ -5,7 +5,7 @@
 
 #include <meshoptimizer.h>
 
-#include "api/formats/meshopt.h"
+#include "api/formats/gltf/meshopt.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

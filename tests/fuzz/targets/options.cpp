@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/names.h"
-#include "api/request.h"
+#include "api/options/names.h"
+#include "api/options/request.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

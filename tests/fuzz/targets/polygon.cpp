@@ -1,13 +1,13 @@
 // One face of any corners, split directly: n - 2 triangles whose border is its outline, the same twice, a deviation
 // that is a number. Of a planar face on a grid that is not counted as crossing itself, no triangle is turned against
-// the others, so that they are its surface (api/formats/ear_clipping.h).
+// the others, so that they are its surface (api/formats/polygons/ear_clipping.h).
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <map>
 #include <utility>
 
-#include "api/formats/polygons.h"
+#include "api/formats/polygons/polygons.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

@@ -2,7 +2,7 @@
 // their plain places or in Zip64 fields. Asserted: entries that are put together are read back, the same either way;
 // whatever else is read comes within the limit, twice the same; a refusal names its part; a record that is put in
 // plain terms is one of the archive's own, of the same length.
-#include "api/formats/zip.h"
+#include "api/formats/file/zip.h"
 
 #include <string>
 

@@ -9,7 +9,7 @@
 
 #include <doctest/doctest.h>
 
-#include "api/utc.h"
+#include "api/base/utc.h"
 
 using namespace meshgauge;
 using server::Key;

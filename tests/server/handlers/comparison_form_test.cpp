@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "api/formats/format.h"
-#include "api/formats/gltf_bundle.h"
+#include "api/formats/gltf/gltf_bundle.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server;

@@ -17,7 +17,7 @@
 
 #include <doctest/doctest.h>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 #include "server/main/checked.h"
 #include "tests/eventually.h"
 

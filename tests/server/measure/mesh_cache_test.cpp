@@ -13,8 +13,8 @@
 
 #include <doctest/doctest.h>
 
-#include "api/compare.h"
-#include "api/digest.h"
+#include "api/base/digest.h"
+#include "api/compare/compare.h"
 #include "same_outcome.h"
 #include "shapes.h"
 

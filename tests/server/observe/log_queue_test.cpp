@@ -11,7 +11,7 @@
 
 #include <doctest/doctest.h>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 using namespace meshgauge;
 using namespace meshgauge::server;
 using namespace std::chrono_literals;

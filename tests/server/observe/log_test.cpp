@@ -7,7 +7,7 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
-#include "api/response.h"
+#include "api/result/response.h"
 using namespace meshgauge;
 using namespace meshgauge::server;
 using nlohmann::json;

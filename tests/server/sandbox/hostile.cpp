@@ -23,8 +23,8 @@
 #include <string_view>
 #include <vector>
 
+#include "api/formats/file/source.h"
 #include "api/formats/read_part.h"
-#include "api/formats/source.h"
 #include "server/sandbox/channel.h"
 #include "server/sandbox/confine.h"
 #include "server/sandbox/spawner.h"

@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/postgres/postgres_store.h"
 
 namespace meshgauge::server::store {

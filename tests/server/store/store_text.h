@@ -7,7 +7,7 @@
 
 #include <doctest/doctest.h>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 #include "server/store/blob_store.h"
 
 namespace meshgauge::server::store {

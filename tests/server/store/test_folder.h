@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 
 namespace meshgauge::server::store {
 

@@ -61,7 +61,7 @@ function encoded(linear) {
   return Math.round(255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055));
 }
 
-// The colour of a distance by api/colour_map.h: the map up to the limit, or up to the largest distance where there is none, and
+// The colour of a distance by api/map/colour_map.h: the map up to the limit, or up to the largest distance where there is none, and
 // one dark red beyond a limit.
 export function colourOf(distance, top, limited) {
   if (limited && distance > top) return [190, 12, 0];

@@ -1,5 +1,5 @@
-// The page's colour map is that of api/colour_map.h: both are held to tests/web/unit/colours.json, the other one by
-// tests/api/colour_map_test.cpp.
+// The page's colour map is that of api/map/colour_map.h: both are held to tests/web/unit/colours.json, the other one by
+// tests/api/map/colour_map_test.cpp.
 import assert from "node:assert/strict";
 import test from "node:test";
 import { aboveLimit, colourOf, colourTable, kAboveLimit, kPaths, kSteps, mapColour, ticks } from "../../../server/web/page/viewer/colours";

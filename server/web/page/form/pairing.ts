@@ -64,7 +64,7 @@ function urisIn(json: string): string[] {
   });
 }
 
-// As file_path_of_uri() of api/formats/file_path.h.
+// As file_path_of_uri() of api/formats/file/file_path.h.
 function pathOf(uri: string): string | null {
   let name: string;
   try {
@@ -87,7 +87,7 @@ const mostBytes = 2 ** 32 - 1;
 const pieceBytes = 4 * 1024 * 1024; // read at a time
 
 /**
- * Combines the files of a glTF into the archive that the service makes of them, byte for byte (api/formats/gltf_bundle.h), so
+ * Combines the files of a glTF into the archive that the service makes of them, byte for byte (api/formats/gltf/gltf_bundle.h), so
  * that a mesh has the same SHA-256 however it is sent. null: the archive would be larger than 4 GiB.
  */
 export async function bundle(scene: File, files: readonly Entry[]): Promise<File | null> {

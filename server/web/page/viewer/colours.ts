@@ -1,4 +1,4 @@
-// The colour map of api/colour_map.h, byte for byte (tests/web/unit/colours.json checks both), with its ticks: from dark
+// The colour map of api/map/colour_map.h, byte for byte (tests/web/unit/colours.json checks both), with its ticks: from dark
 // violet over blue and green to light yellow at the limit, one dark red above it. Where sides are known there are two other
 // paths, from the same grey at 0: to orange outside, to blue inside.
 
@@ -21,7 +21,7 @@ export interface ColourScale {
 // The distance above which a path has its last colour; infinite: none.
 export const limitOf = ({ top, limited, zone }: ColourScale, path: Path): number => Math.min(limited ? top : Infinity, zone?.[path] ?? Infinity);
 
-// A helix in OKLab; api/colour_map.cpp explains its numbers.
+// A helix in OKLab; api/map/colour_map.cpp explains its numbers.
 function helix(share: number): [number, number, number] {
   const hue = ((300 + (115 - 300) * share) * Math.PI) / 180;
   return [0.25 + (0.93 - 0.25) * share, 0.02 + 0.12 * Math.cos(hue), 0.01 + 0.12 * Math.sin(hue)];
@@ -84,7 +84,7 @@ export const css = ([r, g, b]: Rgb): string => `rgb(${r}, ${g}, ${b})`;
 const decimal = (count: number, exponent: number): number =>
   exponent < 0 ? count / 10 ** -exponent : count * 10 ** exponent;
 
-// The rule of legend_ticks in api/colour_map.h: three to seven round numbers, 1, 2 or 5 times a power of ten apart, and
+// The rule of legend_ticks in api/map/colour_map.h: three to seven round numbers, 1, 2 or 5 times a power of ten apart, and
 // the top; none so near to the top that labels would touch.
 export function ticks(top: number): number[] {
   if (!(top > 1e-290 && top < 1e290)) return [0];

@@ -1,4 +1,4 @@
-// Reads the service's deviation map (GLB, api/deviation_glb.h) into arrays. Needs one primitive without animation, texture or
+// Reads the service's deviation map (GLB, api/map/deviation_glb.h) into arrays. Needs one primitive without animation, texture or
 // skin; three.js's GLTFLoader would add 90 kB, and gives access to extras only after it has built a scene. Every length,
 // index and number is checked; an Error says what is wrong.
 

@@ -1,5 +1,5 @@
 // GLSL of the surfaces and of the marks. Colours are in sRGB: with plain colours a pixel is byte for byte that of
-// api/colour_map.h. Normals come from the derivatives of the position, so that each triangle is flat without buffers of
+// api/map/colour_map.h. Normals come from the derivatives of the position, so that each triangle is flat without buffers of
 // its own.
 
 export const kSurfaceVertex = /* glsl */ `

@@ -12,7 +12,7 @@
 #include <regex>
 #include <stdexcept>
 
-#include "api/digest.h"
+#include "api/base/digest.h"
 
 namespace meshgauge::server::store {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/descriptor.h"
+#include "api/base/descriptor.h"
 #include "server/store/s3/settings.h"
 
 namespace meshgauge::server::store {

@@ -1,0 +1,107 @@
+#include "api/base/whole_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <new>
+#include <utility>
+
+#include "api/base/descriptor.h"
+#include "api/base/refused.h"
+
+namespace meshgauge::api {
+namespace {
+
+Error unusable(const std::string& path, const std::string& why) { return refused("'" + path + "' " + why); }
+
+Error failed(const std::string& path) { return unusable(path, std::string("cannot be read: ") + std::strerror(errno)); }
+
+// Reads up to to.size() bytes and returns their number; -1 with errno: it failed.
+ssize_t read_all(int fd, std::span<std::byte> to) {
+  std::size_t done = 0;
+  while (done < to.size()) {
+    const ssize_t n = ::read(fd, to.data() + done, to.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return -1;
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return static_cast<ssize_t>(done);
+}
+
+constexpr int kToRead =
+    O_RDONLY | O_CLOEXEC | O_NONBLOCK;  // O_NONBLOCK: opening a pipe without a writer must not block
+
+// Returns why a component could not be opened. A symbolic link is detected here, since the errno of openat() depends
+// on its flags.
+Error not_opened(const std::string& path, int folder, const std::string& component) {
+  const int why = errno;
+  struct stat status {};
+  if (::fstatat(folder, component.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISLNK(status.st_mode)) {
+    return unusable(path, "is a symbolic link or lies behind one, which is not followed: copy the file to that place");
+  }
+  errno = why;
+  return failed(path);
+}
+
+}  // namespace
+
+Result<WholeFile> WholeFile::open(const std::string& path) {
+  const Descriptor file(::open(path.c_str(), kToRead));
+  return file ? read(file.get(), path, std::numeric_limits<std::uint64_t>::max()) : failed(path);
+}
+
+Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::string& name, std::uint64_t most) {
+  const std::string path = folder + "/" + name;
+  Descriptor place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!place) return failed(folder);
+  for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
+    end = name.find('/', at);
+    const std::string component = name.substr(at, end - at);
+    assert(!component.empty() && component != "..");
+    const int flags = end == std::string::npos ? kToRead : O_RDONLY | O_DIRECTORY | O_CLOEXEC;
+    Descriptor opened(::openat(place.get(), component.c_str(), flags | O_NOFOLLOW));
+    if (!opened) return not_opened(path, place.get(), component);
+    place = std::move(opened);
+  }
+  return read(place.get(), path, most);
+}
+
+Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {
+  struct stat status {};
+  if (::fstat(fd, &status) != 0) return failed(path);
+  if (S_ISDIR(status.st_mode)) return unusable(path, "is a folder: name a file in it");
+  if (!S_ISREG(status.st_mode)) return unusable(path, "is not a regular file");
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > most) {
+    return Error{ErrorCode::too_large,
+                 "'" + path + "' is larger than the " + std::to_string(most) + " bytes that may still be read", "", ""};
+  }
+  std::unique_ptr<std::byte[]> bytes(new (std::nothrow)
+                                         std::byte[size + 1]);  // one byte more, to detect a file that grows
+  if (!bytes) return Error{ErrorCode::too_large, "'" + path + "' is larger than the memory", "", ""};
+  const ssize_t count = read_all(fd, {bytes.get(), size + 1});
+  if (count < 0) return failed(path);
+  if (static_cast<std::size_t>(count) != size) return unusable(path, "was changed while it was read");
+  return WholeFile(std::move(bytes), size);
+}
+
+Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return refused(std::string("cannot be read: ") + std::strerror(errno));
+  // Reads one byte more than the limit to detect a larger file; a device without end then ends as well.
+  std::string text(max_bytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) return refused("cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > max_bytes) return refused("larger than " + std::to_string(max_bytes) + " bytes");
+  return text;
+}
+
+}  // namespace meshgauge::api

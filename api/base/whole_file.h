@@ -1,0 +1,40 @@
+// Reads whole files into memory: the bytes of a mesh, and small texts, such as settings and manifests.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+// The content of a regular file. A directory, pipe or device is refused, since it has no size to check. The file is
+// not mapped, because shortening a mapped file would end the process. A file whose size changes while it is read is
+// an Error.
+class WholeFile {
+ public:
+  static Result<WholeFile> open(const std::string& path);
+
+  // Opens the file at the relative path `name` of plain components (api/formats/file/file_path.h) in `folder` or below.
+  // Refuses symbolic links below the folder, and more than `most` bytes. The path of the folder itself may have
+  // links.
+  static Result<WholeFile> open_below(const std::string& folder, const std::string& name, std::uint64_t most);
+
+  std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
+
+ private:
+  static Result<WholeFile> read(int fd, const std::string& path, std::uint64_t most);
+  WholeFile(std::unique_ptr<std::byte[]> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
+
+  std::unique_ptr<std::byte[]> bytes_;
+  std::size_t size_ = 0;
+};
+
+// Returns the whole of a text file. Error: invalid_request when it cannot be read or has more than `max_bytes`; the
+// message does not name the file.
+Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,98 @@
+#include "api/compare/mesh_file.h"
+
+#include <map>
+#include <new>
+#include <utility>
+#include <vector>
+
+#include "api/formats/gltf/gltf_bundle.h"
+
+namespace meshgauge::api {
+namespace {
+
+using Files = std::map<std::string, WholeFile>;  // by their paths in the archive, in its order
+
+Error named_by(const std::string& path, Error error) {
+  error.message = "'" + path + "' is a glTF of several files: " + error.message;
+  return error;
+}
+
+Error too_large(const std::string& path, const std::string& what) {
+  return named_by(path, {ErrorCode::too_large, "it and the files that it names are " + what, "", ""});
+}
+
+Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names) {
+  if (names.size() > kMostBundleFiles) {
+    return named_by(
+        path, {ErrorCode::too_large,
+               "it names " + std::to_string(names.size()) + " files (limit " + std::to_string(kMostBundleFiles) + ")",
+               "", ""});
+  }
+  const std::string folder = folder_of(path).string();
+  std::uint64_t left = kMostBundleBytes - BundleWriter::bytes_for_end();
+  Files files;
+  const auto add = [&](const std::string& name, WholeFile file) {
+    const std::uint64_t bytes = BundleWriter::bytes_for(name, file.bytes().size());
+    if (bytes > left) return false;
+    left -= bytes;
+    return files.emplace(name, std::move(file)).second;
+  };
+  for (const std::string& name : names) {
+    if (is_scene_path(name))
+      return named_by(path, {ErrorCode::unreadable_mesh,
+                             "a buffer names '" + name + "', a .gltf; name a file of binary data", "", ""});
+  }
+  bool fits = add(std::string(kBundleScene), std::move(scene));
+  for (const std::string& name : names) {
+    if (!fits) break;
+    auto file = WholeFile::open_below(folder, name, left);
+    if (!file) return named_by(path, std::move(file).error());
+    fits = add(name, std::move(*file));
+  }
+  if (!fits) return too_large(path, "larger than 4 GiB");
+  return files;
+}
+
+std::string bundle_of(const Files& files) {
+  std::uint64_t bytes = BundleWriter::bytes_for_end();
+  for (const auto& [name, file] : files) bytes += BundleWriter::bytes_for(name, file.bytes().size());
+  std::string bundle;
+  bundle.reserve(bytes);
+  BundleWriter writer([&](std::string_view piece) { return bundle += piece, true; });
+  for (const auto& [name, file] : files) writer.add(name, file.bytes());
+  writer.finish();
+  return bundle;
+}
+
+}  // namespace
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+Result<MeshFile> MeshFile::of_pipe(const std::string& name, std::span<const std::byte> bytes) {
+  const auto files = is_gltf_json(bytes) ? files_named_by(bytes) : std::vector<std::string>{};
+  if (files.empty()) return MeshFile(bytes);
+  return named_by(name, {ErrorCode::unreadable_mesh,
+                         "it came through a pipe, which has no folder for '" + files.front() +
+                             "'; name the .gltf itself, or send a .glb or a .zip with all files",
+                         "", ""});
+}
+
+Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes) try {
+  if (const auto sent = pipes ? pipes->find(path) : Pipes::const_iterator{}; pipes && sent != pipes->end())
+    return of_pipe(path, sent->second.bytes());
+  auto whole = WholeFile::open(path);
+  if (!whole) return std::move(whole).error();
+  const auto bytes = whole->bytes();
+  if (!is_gltf_json(bytes)) return MeshFile(std::move(*whole));
+  const std::vector<std::string> names = files_named_by(bytes);
+  if (names.empty()) return MeshFile(std::move(*whole));
+  const auto files = files_of(path, std::move(*whole), names);
+  if (!files) return files.error();
+  return MeshFile(bundle_of(*files));
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::too_large, "'" + path + "' with the files that it names is larger than the memory", "", ""};
+}
+
+}  // namespace meshgauge::api

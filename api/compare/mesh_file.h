@@ -1,0 +1,53 @@
+// A mesh file in memory: one file, a .gltf with the files that its buffers name, or what a pipe sent.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "api/base/memory_file.h"
+#include "api/base/whole_file.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+std::filesystem::path folder_of(const std::filesystem::path& file);  // "." where the path has none
+
+// What pipes sent, by the name that each has in messages: a pipe is read once, and opened here as often as a file.
+using Pipes = std::map<std::string, MemoryFile>;
+
+class MeshFile {
+ public:
+  // Reads a regular file. A .gltf that names other files becomes one archive with them
+  // (api/formats/gltf/gltf_bundle.h): they must be regular files in its folder or below, and symbolic links to them are
+  // not followed. An Error names the file that is missing, refused or too large. A path that is the name of one of
+  // `pipes`, which are borrowed, is what that pipe sent; it has no folder, so a .gltf that names other files is refused
+  // there.
+  static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr);
+
+  std::span<const std::byte> bytes() const {
+    if (!bundle_.empty()) return std::as_bytes(std::span(bundle_));
+    return whole_ ? whole_->bytes() : piped_;
+  }
+
+  // For a service: the media type of the bytes, and the suffix to add to the file's name ("" or ".zip").
+  std::string_view media_type() const { return bundle_.empty() ? "application/octet-stream" : "application/zip"; }
+  std::string_view more_suffix() const { return bundle_.empty() ? "" : ".zip"; }
+
+ private:
+  explicit MeshFile(WholeFile whole) : whole_(std::move(whole)) {}
+  explicit MeshFile(std::string bundle) : bundle_(std::move(bundle)) {}
+  explicit MeshFile(std::span<const std::byte> piped) : piped_(piped) {}
+
+  static Result<MeshFile> of_pipe(const std::string& name, std::span<const std::byte> bytes);
+
+  std::optional<WholeFile> whole_;
+  std::string bundle_;  // empty: it is no bundle
+  std::span<const std::byte> piped_;
+};
+
+}  // namespace meshgauge::api

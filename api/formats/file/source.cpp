@@ -1,0 +1,105 @@
+#include "api/formats/file/source.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "api/base/text.h"
+
+namespace meshgauge::api {
+namespace {
+
+// Counts lines like the readers: lines end with \n, \r\n or \r.
+std::size_t line_number(const Source& source, const char* place) {
+  std::size_t line = 1;
+  for (const char* p = source.begin(); p < place; ++p) {
+    line += *p == '\n' || (*p == '\r' && (p + 1 == source.end() || p[1] != '\n'));
+  }
+  return line;
+}
+
+}  // namespace
+
+Error at(const Source& source, std::string where, ErrorCode code, const std::string& what) {
+  std::string message = where + " of '" + std::string(source.part) + "': " + what;
+  return Error{code, std::move(message), std::string(source.part), std::move(where)};
+}
+
+Error at_line(const Source& source, const char* place, ErrorCode code, const std::string& what) {
+  return at(source, "line " + std::to_string(line_number(source, place)), code, what);
+}
+
+Error at_byte(const Source& source, std::size_t offset, ErrorCode code, const std::string& what) {
+  return at(source, "byte " + std::to_string(offset), code, what);
+}
+
+Error about(std::string_view part, ErrorCode code, const std::string& what) {
+  return Error{code, "'" + std::string(part) + "' " + what, std::string(part), ""};
+}
+
+Error out_of_memory(std::string_view part) {
+  return about(part, ErrorCode::too_large, "needs more memory than is available");
+}
+
+std::string printable(std::string_view text, std::size_t longest) {
+  std::string out(text.substr(0, longest));
+  for (char& c : out) c = c >= ' ' && c <= '~' ? c : '?';
+  return text.size() > longest ? out + "..." : out;
+}
+
+std::string in_quotes(std::string_view text) { return "'" + printable(text, 32) + "'"; }
+
+Error too_many(const Source& source, std::string_view things, std::size_t limit) {
+  return about(source.part, ErrorCode::too_large,
+               "has more " + std::string(things) + " than the limit of " + std::to_string(limit));
+}
+
+std::size_t vertex_limit(const Source& source) {
+  return std::min<std::size_t>(source.limits.max_vertices, std::numeric_limits<std::uint32_t>::max());
+}
+
+std::size_t expansion_limit(std::size_t compressed_bytes, const ReadLimits& limits) {
+  constexpr std::size_t kFreeOfRatio = std::size_t{64} << 20U;
+  constexpr std::size_t kMostRatio = 200;
+  // min() keeps the product within 64 bits.
+  const std::size_t by_ratio = kMostRatio * std::min(compressed_bytes, kFreeOfRatio * kMostRatio);
+  return std::min(limits.max_expanded_bytes, std::max(kFreeOfRatio, by_ratio));
+}
+
+Error expands_too_far(std::string_view part, std::size_t limit, std::size_t compressed_bytes, std::string_view kind) {
+  return about(part, ErrorCode::too_large,
+               "expands to more than " + std::to_string(limit) + " bytes, from " + std::to_string(compressed_bytes) +
+                   " bytes of " + std::string(kind));
+}
+
+std::size_t length_without_padding(std::string_view bytes) {
+  std::size_t length = bytes.size();
+  for (std::size_t i = bytes.size(); i > 0; --i) {
+    const char c = bytes[i - 1];
+    const bool padding = c == '\0' || c == '\x1A';
+    if (!padding && !is_space(c)) break;
+    if (padding) length = i - 1;
+  }
+  return bytes.size() - length <= kMostPadding ? length : bytes.size();
+}
+
+Result<ReadMesh> read_without_padding(const Source& source,
+                                      const std::function<Result<ReadMesh>(const Source&)>& read) {
+  const std::size_t length = length_without_padding(source.text());
+  auto result = read(Source{source.bytes.first(length), source.part, source.limits});
+  if (result && length < source.bytes.size()) {
+    result->notes.remarks.emplace_back("NUL or 0x1A bytes after the last line, ignored");
+  }
+  return result;
+}
+
+Result<Done> make_cloud(const Source& source, ReadMesh& read) {
+  if (!read.unread.empty()) return Done{};
+  const std::size_t points = read.mesh.positions.size();
+  if (points > source.limits.max_triangles) return too_many(source, "points", source.limits.max_triangles);
+  read.mesh.triangles = points_as_triangles(points);
+  read.notes.cloud = points > 0;
+  return Done{};
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,393 @@
+// The table of options: one row each, how it is read, and how it is written.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
+#include "api/options/draft.h"
+#include "api/options/gate.h"
+#include "api/options/names.h"
+#include "api/options/parts.h"
+#include "api/options/quantity.h"
+#include "api/options/write_options.h"
+
+namespace meshgauge::api {
+namespace {
+
+using Member = Reading::Member;
+
+template <class Number>
+void set_number(const JsonValue& value, const Range& range, const std::string& at, Draft& draft, Number& out) {
+  if (const auto number = draft.reading.number(value, range, at)) out = static_cast<Number>(*number);
+}
+
+// A limit outside of `gate`.
+template <OptionReader read>
+void limit(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (draft.limits_at.empty()) draft.limits_at = at;
+  read(value, at, draft);
+}
+
+void read_direction(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (const auto found = draft.reading.name(kDirectionWords, value, at)) draft.options.direction = *found;
+}
+
+void read_strategy(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (const auto found = draft.reading.name(kStrategies, value, at)) draft.options.strategy = *found;
+}
+
+void read_points(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.points_at = at;
+  const double number = value.is_number() ? value.get<double>() : 0;
+  const int points = number >= 1 && number <= 1e6 && std::nearbyint(number) == number ? static_cast<int>(number) : 0;
+  if (!is_stencil(points))
+    return draft.reading.refuse(
+        at, "must be one of the numbers 4, 10, 31, 109, 409, 1585, not " + draft.reading.shown(value));
+  draft.options.points = points;
+}
+
+void read_tolerance(const JsonValue& value, const std::string& at, Draft& draft) {
+  Tolerance& tolerance = draft.options.tolerance = {};
+  draft.tolerance_given = true;
+  const auto rule = [&](std::string_view key, std::optional<double>& out) {
+    return Member{key, [&](const JsonValue& v, const std::string& place) {
+                    out = draft.reading.number(v, kToleranceRange, place);
+                  }};
+  };
+  const Member members[] = {rule("absolute", tolerance.absolute), rule("diagonal", tolerance.diagonal),
+                            rule("relative", tolerance.relative)};
+  draft.reading.some_members(value, members, at);
+}
+
+void read_milliseconds(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.timeout_at = at;
+  const Range range{kTimeoutMsRange.low, static_cast<double>(draft.limits.max_timeout.count()), true};
+  std::int64_t milliseconds = draft.request.timeout.count();
+  set_number(value, range, at, draft, milliseconds);
+  draft.request.timeout = std::chrono::milliseconds(milliseconds);
+}
+
+// "60 s", or a number of seconds.
+void read_timeout(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (!draft.timeout_at.empty())
+    return draft.reading.refuse(at, "stands beside " + draft.reading.surface.name(draft.timeout_at) + ": write one");
+  draft.timeout_at = at;
+  const bool is_time = value.is_string() || value.is_number();
+  if (!is_time) return draft.reading.refuse(at, "must be a time, not " + draft.reading.shown(value));
+  const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  const auto found = parse_duration(text, draft.limits.max_timeout);
+  if (found) {
+    draft.request.timeout = *found;
+  } else {
+    draft.reading.refuse(at, found.error().message);
+  }
+}
+
+void read_threads(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.request.threads_given = true;
+  set_number(value, kThreadsRange, at, draft, draft.options.threads);
+}
+
+void read_budget(const JsonValue& value, const std::string& at, Draft& draft) {
+  const Member members[] = {{"work_items",
+                             [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kWorkItemsRange, place, draft, draft.options.max_work_items);
+                             }},
+                            {"memory_bytes", [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kMemoryBytesRange, place, draft, draft.options.max_memory_bytes);
+                             }}};
+  draft.reading.members(value, members, at);
+}
+
+void read_areas(const JsonValue& value, const std::string& at, Draft& draft) {
+  AreaOptions& areas = draft.options.areas.emplace();
+  Reading& reading = draft.reading;
+  const Member members[] = {
+      {"beyond",
+       [&](const JsonValue& list, const std::string& place) {
+         reading.elements(
+             list, 1, AreaOptions::kMaxBeyond, "numbers",
+             [&](const JsonValue& v, const std::string& where) {
+               areas.beyond.push_back({reading.number(v, kBeyondRange, where).value_or(0), std::nullopt});
+             },
+             place);
+       }},
+      {"quantiles",
+       [&](const JsonValue& list, const std::string& place) {
+         reading.elements(
+             list, 1, AreaOptions::kMaxQuantiles, "numbers",
+             [&](const JsonValue& v, const std::string& where) {
+               areas.quantiles.push_back(reading.number(v, kQuantileRange, where).value_or(0.5));
+             },
+             place);
+       }},
+      {"mean",
+       [&](const JsonValue& v, const std::string& place) { areas.mean = reading.boolean(v, place).value_or(true); }},
+      {"share_tolerance",
+       [&](const JsonValue& v, const std::string& place) {
+         set_number(v, kShareToleranceRange, place, draft, areas.share_tolerance);
+       }},
+      {"length_tolerance", [&](const JsonValue& v, const std::string& place) {
+         set_number(v, kLengthToleranceRange, place, draft, areas.length_tolerance);
+       }}};
+  const std::size_t mistakes = reading.mistakes.size();
+  if (reading.members(value, members, at) && !asks_something(areas) && reading.mistakes.size() == mistakes)
+    reading.refuse(at, "must ask for beyond, quantiles or mean");
+}
+
+// Reads the request for something: true or an object of settings; false: none.
+template <class Settings>
+void read_settings(std::optional<Settings>& asked, const JsonValue& value, std::span<const Member> members,
+                   const std::string& at, Draft& draft) {
+  if (value == false) return asked.reset();
+  if (value != true && !value.is_object())
+    return draft.reading.refuse(at, "must be true, false or " + std::string(draft.reading.surface.object) + ", not " +
+                                        draft.reading.shown(value));
+  asked.emplace();
+  if (value.is_object()) draft.reading.members(value, members, at);
+}
+
+void read_sides(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.sides_at = at;
+  const Member members[] = {{"length_tolerance", [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kLengthToleranceRange, place, draft,
+                                          draft.options.sides->length_tolerance);
+                             }}};
+  read_settings(draft.options.sides, value, members, at, draft);
+}
+
+void read_statistics(const JsonValue& value, const std::string& at, Draft& draft) {
+  const Member members[] = {{"samples",
+                             [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kSamplesRange, place, draft, draft.options.statistics->samples);
+                             }},
+                            {"seed", [&](const JsonValue& v, const std::string& place) {
+                               set_number(v, kSeedRange, place, draft, draft.options.statistics->seed);
+                             }}};
+  read_settings(draft.options.statistics, value, members, at, draft);
+}
+
+void read_topology(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.topology = draft.reading.boolean(value, at).value_or(false);
+}
+
+// One unit for both meshes, or an object with one for each, by either pair of names.
+void read_units(const JsonValue& value, const std::string& at, Draft& draft) {
+  AskedUnits& units = draft.options.units;
+  if (!value.is_object()) {
+    units.a = units.b = read_unit(value, at, draft.reading);
+    return;
+  }
+  const auto unit = [&](std::string_view key, std::optional<LengthUnit>& out) {
+    return Member{key, [&](const JsonValue& v, const std::string& place) { out = read_unit(v, place, draft.reading); }};
+  };
+  std::vector<Member> members;
+  if (!draft.reading.surface.by_hand) members = {unit("a", units.a), unit("b", units.b)};
+  members.push_back(unit("candidate", units.a));
+  members.push_back(unit("baseline", units.b));
+  if (draft.reading.surface.by_hand) {
+    draft.reading.some_members(value, members, at, "a unit, or ");
+  } else {
+    draft.reading.members(value, members, at);
+  }
+}
+
+void take_regions(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.regions = read_regions(value, at, draft.reading);
+}
+
+void take_align(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.align = read_align(value, at, draft.reading);
+}
+
+void take_expect(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.expect = read_expect(value, at, draft.reading);
+}
+
+struct Option {
+  std::string_view key;
+  unsigned surfaces;
+  OptionReader read;
+};
+
+constexpr unsigned kAll = Surface::http | Surface::manifest | Surface::flags | Surface::python;
+constexpr unsigned kNotInGates = kAll & ~static_cast<unsigned>(Surface::manifest);
+
+constexpr Option kOptions[] = {{"max_distance", kAll, limit<read_max_distance>},
+                               {"max_share_beyond", kAll, limit<read_max_share_beyond>},
+                               {"zone", kAll, limit<read_zone>},
+                               {"uncertainty", kAll, limit<read_uncertainty>},
+                               {"narrow", kAll, limit<read_narrow>},
+                               {"gate", Surface::http | Surface::python, read_gate},
+                               {"regions", kAll, take_regions},
+                               {"direction", kAll, read_direction},
+                               {"align", kAll, take_align},
+                               {"timeout_ms", kNotInGates, read_milliseconds},
+                               {"timeout", kAll, read_timeout},
+                               {"strategy", kAll, read_strategy},
+                               {"points", kAll, read_points},
+                               {"tolerance", kAll, read_tolerance},
+                               {"threads", kAll, read_threads},
+                               {"budget", kNotInGates, read_budget},
+                               {"areas", kNotInGates, read_areas},
+                               {"sides", kNotInGates, read_sides},
+                               {"statistics", kAll, read_statistics},
+                               {"topology", kNotInGates, read_topology},
+                               {"expect", kAll, take_expect},
+                               {"units", kAll, read_units}};
+
+// --- as it is written -------------------------------------------------------------------------------------------
+
+Json units_of(const AskedUnits& declared) {
+  Json json = Json::object();
+  if (declared.a) json["a"] = to_string(*declared.a);
+  if (declared.b) json["b"] = to_string(*declared.b);
+  return json;
+}
+
+// Writes only what differs from the engine's defaults: the service may have a smaller limit.
+Json budget_of(const Options& options) {
+  const Options usual;
+  Json json = Json::object();
+  if (options.max_work_items != usual.max_work_items) json["work_items"] = options.max_work_items;
+  if (options.max_memory_bytes != usual.max_memory_bytes) json["memory_bytes"] = options.max_memory_bytes;
+  return json;
+}
+
+Json areas_of(const AreaOptions& areas) {
+  Json json = Json::object();
+  for (const AreaOptions::Beyond& beyond : areas.beyond) json["beyond"].push_back(beyond.distance);
+  if (!areas.quantiles.empty()) json["quantiles"] = areas.quantiles;
+  if (areas.mean) json["mean"] = true;
+  json["share_tolerance"] = areas.share_tolerance;
+  json["length_tolerance"] = areas.length_tolerance;
+  return json;
+}
+
+// `true`: asked for as usual.
+Json statistics_of(const Sampling& sampling) {
+  const Sampling usual;
+  if (sampling.samples == usual.samples && sampling.seed == usual.seed) return true;
+  return {{"samples", sampling.samples}, {"seed", sampling.seed}};
+}
+
+// --- what must fit each other -----------------------------------------------------------------------------------
+
+void check_direction(Draft& draft) {
+  const Surface& words = draft.reading.surface;
+  const ComparisonOptions& options = draft.options;
+  if (options.direction == Direction::b_to_a && (options.sides || options.zone))
+    draft.reading.refuse(options.zone ? draft.zone_at : draft.sides_at,
+                         "is about the points of " + std::string(words.a) + ": the direction must be symmetric or " +
+                             std::string(words.a_to_b));
+  if (options.direction != Direction::a_to_b) return;
+  for (std::size_t i = 0; i < options.regions.size(); ++i) {
+    if (!options.regions[i].is_group()) continue;
+    draft.reading.add("/regions/" + std::to_string(i) + "/group",
+                      "the region " + shown_text(options.regions[i].name) + " is a group of " + std::string(words.b) +
+                          ": the direction must be symmetric or " + std::string(words.b_to_a));
+  }
+}
+
+void complete(Draft& draft) {
+  complete_limits(draft);
+  check_direction(draft);
+  if (!draft.points_at.empty() && draft.options.strategy != Strategy::n_point)
+    draft.reading.refuse(draft.points_at, "goes with the strategy n_point only: choose it, or leave " +
+                                              draft.reading.surface.name(draft.points_at) + " out");
+}
+
+void read_members(const JsonValue& document, Draft& draft) {
+  std::vector<Member> members;
+  for (const Option& option : kOptions) {
+    if ((option.surfaces & draft.reading.surface.bit) != 0) members.push_back(member(option.key, option.read, draft));
+  }
+  draft.reading.members(document, members, "");
+}
+
+}  // namespace
+
+ReadRequest read_request(const nlohmann::json& document, const Surface& surface, const RequestLimits& limits) {
+  Reading reading(surface);
+  Draft draft{reading, limits};
+  draft.request.timeout = limits.default_timeout;
+  read_members(document, draft);
+  complete(draft);
+  return {std::move(draft.request), reading.told()};
+}
+
+Json json_of(const Request& request) {
+  const ComparisonOptions& options = request.options;
+  Json json{{"direction", name_of(kDirections, options.direction)},
+            {"strategy", name_of(kStrategies, options.strategy)},
+            {"timeout_ms", request.timeout.count()}};
+  const Json limits = gate_of(options);
+  for (const auto& [name, limit] : limits.items()) {
+    if (!limit.is_null()) json["gate"][name] = limit;
+  }
+  if (has_limit(options)) json["gate"]["narrow"] = options.narrow;
+  if (Json rules = json_of(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
+  if (options.strategy == Strategy::n_point) json["points"] = options.points;
+  if (request.threads_given) json["threads"] = options.threads;
+  if (options.statistics) json["statistics"] = statistics_of(*options.statistics);
+  if (options.areas) json["areas"] = areas_of(*options.areas);
+  if (options.sides) json["sides"] = {{"length_tolerance", options.sides->length_tolerance}};
+  if (options.topology) json["topology"] = true;
+  if (options.expect.any()) json["expect"] = json_of(options.expect);
+  if (options.align) json["align"] = json_of(*options.align);
+  if (Json declared = units_of(options.units); !declared.empty()) json["units"] = std::move(declared);
+  for (const Region& region : options.regions) json["regions"].push_back(json_of(region));
+  if (Json most = budget_of(options); !most.empty()) json["budget"] = std::move(most);
+  return json;
+}
+
+std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, const Surface& surface) {
+  const RequestLimits limits;
+  Reading reading(surface);
+  Draft draft{reading, limits};
+  read_members(document, draft);
+  return reading.told();
+}
+
+std::vector<std::string_view> options_of(const Surface& surface) {
+  std::vector<std::string_view> keys;
+  for (const Option& option : kOptions) {
+    if ((option.surfaces & surface.bit) != 0) keys.push_back(option.key);
+  }
+  return keys;
+}
+
+Error error_of(const std::vector<RequestMistake>& mistakes) {
+  Error error = refused(mistakes.front().message, "options", mistakes.front().pointer);
+  for (std::size_t i = 1; i < mistakes.size(); ++i)
+    error.others.push_back(refused(mistakes[i].message, "options", mistakes[i].pointer));
+  return error;
+}
+
+Result<Request> parse_options(std::string_view json, const RequestLimits& limits, const Surface& surface) {
+  const auto document = parse_document(json, "options", kMaxOptionsBytes);
+  if (!document) return document.error();
+  ReadRequest read = read_request(*document, surface, limits);
+  if (!read.mistakes.empty()) return error_of(read.mistakes);
+  return std::move(read.request);
+}
+
+Result<std::string_view> as_simd(std::string_view value, std::string_view name) {
+  const auto all = supported_simd();
+  if (value == "auto") return all.front();
+  for (const std::string_view supported : all) {
+    if (value == supported) return supported;
+  }
+  return refused(std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value),
+                 "options", std::string(name));
+}
+
+std::string simd_names() {
+  std::string list = "auto";
+  for (const std::string_view name : supported_simd()) list.append(", ").append(name);
+  return list;
+}
+
+}  // namespace meshgauge::api

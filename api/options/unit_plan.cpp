@@ -1,0 +1,141 @@
+#include "api/options/unit_plan.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <numeric>
+#include <utility>
+
+#include "api/base/text.h"
+
+namespace meshgauge::api {
+namespace {
+
+struct Spelling {
+  std::string_view text;
+  LengthUnit unit;
+};
+constexpr Spelling kSpellings[] = {{"um", LengthUnit::micron},
+                                   {"\xC2\xB5m", LengthUnit::micron},  // U+00B5
+                                   {"\xCE\xBCm", LengthUnit::micron},  // U+03BC
+                                   {"micron", LengthUnit::micron},
+                                   {"microns", LengthUnit::micron},
+                                   {"micrometer", LengthUnit::micron},
+                                   {"micrometers", LengthUnit::micron},
+                                   {"micrometre", LengthUnit::micron},
+                                   {"micrometres", LengthUnit::micron},
+                                   {"mm", LengthUnit::millimeter},
+                                   {"millimeter", LengthUnit::millimeter},
+                                   {"millimeters", LengthUnit::millimeter},
+                                   {"millimetre", LengthUnit::millimeter},
+                                   {"millimetres", LengthUnit::millimeter},
+                                   {"cm", LengthUnit::centimeter},
+                                   {"centimeter", LengthUnit::centimeter},
+                                   {"centimeters", LengthUnit::centimeter},
+                                   {"centimetre", LengthUnit::centimeter},
+                                   {"centimetres", LengthUnit::centimeter},
+                                   {"m", LengthUnit::meter},
+                                   {"meter", LengthUnit::meter},
+                                   {"meters", LengthUnit::meter},
+                                   {"metre", LengthUnit::meter},
+                                   {"metres", LengthUnit::meter},
+                                   {"in", LengthUnit::inch},
+                                   {"inch", LengthUnit::inch},
+                                   {"inches", LengthUnit::inch},
+                                   {"\"", LengthUnit::inch},
+                                   {"ft", LengthUnit::foot},
+                                   {"foot", LengthUnit::foot},
+                                   {"feet", LengthUnit::foot},
+                                   {"'", LengthUnit::foot}};
+
+std::int64_t micrometres(LengthUnit unit) {
+  constexpr std::int64_t kLengths[] = {1, 1'000, 10'000, 1'000'000, 25'400, 304'800};
+  return kLengths[static_cast<std::size_t>(unit)];
+}
+
+KnownUnit known(const FileUnit& file, const std::optional<LengthUnit>& declared) {
+  if (declared) return {declared, UnitSource::declared};
+  if (file.unit) return {file.unit, UnitSource::file};
+  return {};
+}
+
+std::string quoted(const FileUnit& file, const char* part) {
+  return "'" + std::string(file.name.empty() ? std::string_view(part) : file.name) + "'";
+}
+
+// "'part.glb' is in metres (as every glTF)".
+std::string described(const FileUnit& file, const char* part, const KnownUnit& known) {
+  const std::string name = quoted(file, part);
+  if (!known.unit)
+    return "the unit of " + name + " is not known (" + std::string(to_string(file.format)) + " has none)";
+  const bool fixed = file.format == Format::gltf || file.format == Format::glb;
+  const char* how = fixed ? "as every glTF" : "as its file says";
+  if (known.source == UnitSource::declared) how = "declared";
+  return name + " is in " + std::string(in_words(*known.unit)) + " (" + how + ")";
+}
+
+std::string described(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
+  return described(a, "a", plan.a) + " and " + described(b, "b", plan.b);
+}
+
+Error conflict(std::string message, std::string part, std::string where) {
+  return {ErrorCode::unit_conflict, std::move(message), std::move(part), std::move(where)};
+}
+
+Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b, LengthUnit limit) {
+  const std::string part = plan.a.unit ? "b" : "a";
+  const std::string name = plan.a.unit ? quoted(b, "b") : quoted(a, "a");
+  return conflict("the limit is in " + std::string(in_words(limit)) + ", " + described(plan, a, b) +
+                      ": declare the unit of " + name + " (option units." + part + ", flag --unit-" + part +
+                      ", or units in a manifest)",
+                  part, "/units/" + part);
+}
+
+Error bare_limit(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
+  return conflict("the limit has no unit, " + described(plan, a, b) + ": write the limit with its unit, as '0.05 mm'",
+                  "options", "/gate/units");
+}
+
+}  // namespace
+
+std::optional<LengthUnit> parse_unit(std::string_view text) {
+  const auto found = std::find_if(std::begin(kSpellings), std::end(kSpellings),
+                                  [&](const Spelling& spelling) { return same_word(text, spelling.text); });
+  return found == std::end(kSpellings) ? std::nullopt : std::optional(found->unit);
+}
+
+std::string_view in_words(LengthUnit unit) {
+  constexpr std::string_view kWords[] = {"micrometres", "millimetres", "centimetres", "metres", "inches", "feet"};
+  return kWords[static_cast<std::size_t>(unit)];
+}
+
+std::string_view limit_unit_name(const AskedUnits& asked) {
+  if (asked.limit_of_diagonal) return kUnitOfDiagonal;
+  if (asked.limit_of_b) return kUnitOfB;
+  return asked.limit ? to_string(*asked.limit) : std::string_view();
+}
+
+Result<UnitPlan> resolve(const FileUnit& a, const FileUnit& b, const AskedUnits& asked, bool has_limit) {
+  UnitPlan plan{known(a, asked.a), known(b, asked.b), {}};
+  const bool any = plan.a.unit || plan.b.unit, both = plan.a.unit && plan.b.unit;
+  if (has_limit && asked.limit) {
+    if (any && !both) return one_is_unknown(plan, a, b, *asked.limit);
+    plan.result = {asked.limit, both ? UnitSource::declared : UnitSource::assumed};
+    if (!both) plan.a = plan.b = plan.result;
+    return plan;
+  }
+  const bool bare = has_limit && !asked.limit_of_b && !asked.limit_of_diagonal;
+  if (bare && both && plan.a.unit != plan.b.unit) return bare_limit(plan, a, b);
+  if (both) plan.result = plan.b;
+  return plan;
+}
+
+Factor factor_between(const KnownUnit& mesh, const KnownUnit& result) {
+  if (!mesh.unit || !result.unit) return {};
+  const std::int64_t times = micrometres(*mesh.unit), over = micrometres(*result.unit);
+  const std::int64_t common = std::gcd(times, over);
+  const std::int64_t numerator = times / common, denominator = over / common;
+  return {static_cast<double>(numerator), static_cast<double>(denominator)};
+}
+
+}  // namespace meshgauge::api

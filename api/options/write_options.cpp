@@ -1,0 +1,73 @@
+#include "api/options/write_options.h"
+
+#include <variant>
+
+#include <nlohmann/json.hpp>
+
+#include "api/options/gate.h"
+
+namespace meshgauge::api {
+namespace {
+
+void put(const Box& box, Json& json) {
+  json["box"] = {{"min", api::json_of(box.low)}, {"max", api::json_of(box.high)}};
+}
+void put(const Sphere& sphere, Json& json) {
+  json["sphere"] = {{"centre", api::json_of(sphere.centre)}, {"radius", sphere.radius}};
+}
+void put(const Group& group, Json& json) { json["group"] = group.name; }
+
+}  // namespace
+
+Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+
+Json json_of(const Tolerance& asked) {
+  Json json = Json::object();
+  if (asked.absolute) json["absolute"] = *asked.absolute;
+  if (asked.diagonal) json["diagonal"] = *asked.diagonal;
+  if (asked.relative) json["relative"] = *asked.relative;
+  return json;
+}
+
+Json json_of(const ShareLimit& limit) { return {{"distance", limit.distance}, {"share", limit.share}}; }
+
+Json json_of(const SideOptions::Zone& zone) { return {0 - zone.inside, zone.outside}; }
+
+Json json_of(const Region& region) {
+  Json json{{"name", region.name}};
+  std::visit([&](const auto& shape) { put(shape, json); }, region.shape);
+  if (region.max_distance) json["max_distance"] = *region.max_distance;
+  return json;
+}
+
+Json json_of(const RigidMotion& motion) {
+  Json rows = Json::array();
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) rows.push_back(motion.rotation(i, k));
+    rows.push_back(motion.translation[i]);
+  }
+  for (const double last : {0, 0, 0, 1}) rows.push_back(last);
+  return {{"row_major", rows}};
+}
+
+Json json_of(const AlignOptions& options) {
+  Json json{{"fit", options.fit}};
+  if (!options.fit || !options.start.is_identity()) json["transform"] = json_of(options.start);
+  if (options.principal_axes) json["principal_axes"] = true;
+  if (options.overlap < 1) json["overlap"] = options.overlap;
+  return json;
+}
+
+Json gate_of(const ComparisonOptions& options) {
+  if (!has_limit(options)) return nullptr;
+  Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
+  if (options.max_share_beyond) json["max_share_beyond"] = json_of(*options.max_share_beyond);
+  if (options.zone) json["zone"] = json_of(*options.zone);
+  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
+  json["units"] = text_or_null(limit_unit_name(options.units));
+  return json;
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,346 @@
+#include "api/result/criteria.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include <nlohmann/json.hpp>
+
+#include "api/base/figures.h"
+#include "api/options/names.h"
+#include "api/options/request.h"
+#include "api/result/json_of.h"
+#include "api/result/response.h"
+#include "api/result/result_document.h"
+
+namespace meshgauge::api {
+namespace {
+
+constexpr Name<Criterion::Of> kOf[] = {{Criterion::Of::distance, "distance"},
+                                       {Criterion::Of::share, "share"},
+                                       {Criterion::Of::expectation, "expectation"}};
+constexpr Name<Verdict> kVerdicts[] = {
+    {Verdict::pass, "pass"}, {Verdict::fail, "fail"}, {Verdict::undecided, "undecided"}};
+constexpr int kWordDigits = 6;
+
+std::optional<Criterion::Place> place_of(const std::optional<Witness>& witness, bool on_a) {
+  if (!witness) return std::nullopt;
+  return Criterion::Place{on_a, witness->point_a, witness->triangle_a, witness->point_b, witness->triangle_b};
+}
+
+// Returns the place of the direction that attains the larger lower bound.
+std::optional<Criterion::Place> place_of(const Bounds* a_to_b, const Bounds* b_to_a) {
+  const bool has_a = a_to_b && a_to_b->witness, has_b = b_to_a && b_to_a->witness;
+  if (has_b && (!has_a || b_to_a->lower > a_to_b->lower)) return place_of(b_to_a->witness, false);
+  return has_a ? place_of(a_to_b->witness, true) : std::nullopt;
+}
+
+std::string name_of_distance(const Criterion& criterion) {
+  if (!criterion.side.empty()) return "distance " + criterion.side;
+  if (criterion.region.empty()) return "distance";
+  return criterion.is_of_region() ? "distance in " + criterion.region : "distance outside of all regions";
+}
+
+Criterion of_distance(double limit, double uncertainty, double lower, double upper, std::string_view status) {
+  Criterion criterion;
+  criterion.limit = limit;
+  criterion.uncertainty = uncertainty;
+  criterion.lower = lower;
+  criterion.upper = upper;
+  criterion.status = status;
+  return criterion;
+}
+
+Criterion of_whole(const Outcome& outcome, const ComparisonOptions& options) {
+  Criterion criterion = of_distance(*options.max_distance, options.uncertainty, outcome.lower, outcome.upper,
+                                    name_of(kStops, outcome.stop));
+  criterion.at =
+      place_of(outcome.a_to_b ? &outcome.a_to_b->bounds : nullptr, outcome.b_to_a ? &outcome.b_to_a->bounds : nullptr);
+  return judged(std::move(criterion));
+}
+
+Criterion of_region(const RegionOutcome& found, const ComparisonOptions& options, std::size_t i) {
+  Criterion criterion = of_distance(*limit_of_region(options, i), options.uncertainty, found.lower, found.upper,
+                                    name_of(kStops, found.stop));
+  criterion.region = i < options.regions.size() ? options.regions[i].name : std::string(kRest);
+  criterion.at = place_of(found.a_to_b ? &*found.a_to_b : nullptr, found.b_to_a ? &*found.b_to_a : nullptr);
+  return judged(std::move(criterion));
+}
+
+// `found`: null where nothing is known of that side.
+Criterion of_side(const char* side, double limit, const SideBounds* found, const Outcome& outcome,
+                  const ComparisonOptions& options, const std::optional<LengthUnit>& unit) {
+  Criterion criterion = of_distance(limit, options.uncertainty, 0, std::numeric_limits<double>::infinity(), "");
+  criterion.side = side;
+  if (outcome.sides) {
+    criterion.status = name_of(kAreaStops, outcome.sides->stop);
+    if (const auto& refused = outcome.sides->refused) criterion.refused = in_words(*refused, unit);
+  }
+  if (found) {
+    criterion.lower = found->lower;
+    criterion.upper = found->upper;
+    if (found->at) criterion.at = Criterion::Place{true, *found->at, found->triangle, std::nullopt, 0};
+  }
+  return judged(std::move(criterion));
+}
+
+// Why the work on the areas ended: that of the first direction whose work did not end by itself.
+std::string_view area_status(const AreaOutcome& areas) {
+  for (const auto* found : {&areas.a_to_b, &areas.b_to_a}) {
+    if (*found && (*found)->stop != AreaStop::complete) return name_of(kAreaStops, (*found)->stop);
+  }
+  return name_of(kAreaStops, AreaStop::complete);
+}
+
+Criterion of_share(const AreaInterval& share, const Outcome& outcome, const ComparisonOptions& options) {
+  Criterion criterion = of_distance(options.max_share_beyond->share, options.uncertainty, share.lower, share.upper,
+                                    area_status(outcome.areas.value_or(AreaOutcome{})));
+  criterion.of = Criterion::Of::share;
+  criterion.beyond = options.max_share_beyond->distance;
+  return judged(std::move(criterion));
+}
+
+int severity(Verdict verdict) { return verdict == Verdict::fail ? 2 : verdict == Verdict::undecided ? 1 : 0; }
+
+// The greatest is the foremost.
+std::tuple<int, bool, double> foremost_rank(const Criterion& c) {
+  const bool is_limit = c.of != Criterion::Of::expectation;
+  const double end = c.verdict == Verdict::fail ? c.lower : c.upper;
+  return {severity(c.verdict), is_limit, end / std::max(c.limit, std::numeric_limits<double>::min())};
+}
+
+std::string share_finding(const Criterion& share, std::string_view unit) {
+  const IntervalText figures = figures_of(share);
+  const std::string found = share_in_words(share, unit);
+  if (share.verdict != Verdict::undecided) return found + "; at most " + figures.limit + " % may be";
+  return found + ": whether at most " + figures.limit + " % are is not known (" + share.status + ")";
+}
+
+std::string distance_finding(const Criterion& criterion, std::string_view unit, std::string limit) {
+  if (!criterion.refused.empty()) return "nothing is inside or outside: " + criterion.refused;
+  const IntervalText figures = figures_of(criterion);
+  if (limit.empty()) {
+    limit = with_unit(figures.limit, unit);
+    if (criterion.uncertainty > 0)
+      limit += " \xC2\xB1 " + with_unit(to_digits(criterion.uncertainty, kWordDigits), unit);
+  }
+  const std::string is = "the " + criterion.name + " is ", lower = with_unit(figures.lower, unit),
+                    upper = with_unit(figures.upper, unit);
+  if (criterion.verdict == Verdict::pass) return is + "at most " + upper + ", within the limit of " + limit;
+  if (criterion.verdict == Verdict::fail) return is + "at least " + lower + ", above the limit of " + limit;
+  const std::string range =
+      std::isfinite(criterion.upper) ? "between " + figures.lower + " and " + upper : "at least " + lower;
+  return is + range + ": whether that is within the limit of " + limit + " is not known (" + criterion.status + ")";
+}
+
+// A share times 100, rounded towards `towards` unless it is exact.
+double percent(double share, double towards) {
+  return share > 0 && share < 1 ? std::nextafter(100 * share, towards) : 100 * share;
+}
+
+Json place_json(const std::optional<Criterion::Place>& at) {
+  if (!at) return nullptr;
+  return {{"on", at->on_a ? "a" : "b"},
+          {"point", json_of(at->point)},
+          {"triangle", at->triangle},
+          {"nearest_point", at->nearest ? json_of(*at->nearest) : Json(nullptr)},
+          {"nearest_triangle", at->nearest ? Json(at->nearest_triangle) : Json(nullptr)}};
+}
+
+Vec3 read_point(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
+
+std::uint32_t read_triangle(const Json& json) {
+  const auto index = json.get<double>();
+  return in_range(index, {0, 0xFFFFFFFF, true}, "").ok() ? static_cast<std::uint32_t>(index) : 0;
+}
+
+std::optional<Criterion::Place> read_place(const Json& json) {
+  if (json.is_null()) return std::nullopt;
+  Criterion::Place place{json.at("on") != "b", read_point(json.at("point")), read_triangle(json.at("triangle")),
+                         std::nullopt, 0};
+  if (const Json& nearest = json.at("nearest_point"); !nearest.is_null()) {
+    place.nearest = read_point(nearest);
+    place.nearest_triangle = read_triangle(json.at("nearest_triangle"));
+  }
+  return place;
+}
+
+Error no_criterion(const std::string& why) { return {ErrorCode::internal, "no criterion: " + why, "", ""}; }
+
+bool is_interval(const Criterion& c) {
+  const bool is_share = c.of == Criterion::Of::share;
+  if (!c.refused.empty() && (c.side.empty() || c.lower != 0 || std::isfinite(c.upper))) return false;
+  return c.lower >= 0 && c.lower <= c.upper && (!is_share || (c.upper <= 1 && c.beyond));
+}
+
+}  // namespace
+
+bool Criterion::is_of_region() const { return !region.empty() && region != kRest; }
+
+Verdict verdict_of(const Criterion& limit) {
+  if (!limit.refused.empty()) return Verdict::undecided;
+  return verdict_within(limit.lower, limit.upper, limit.limit,
+                        limit.of == Criterion::Of::share ? 0 : limit.uncertainty);
+}
+
+Criterion judged(Criterion limit) {
+  limit.name = limit.of == Criterion::Of::share ? "share beyond" : name_of_distance(limit);
+  limit.verdict = verdict_of(limit);
+  return limit;
+}
+
+std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptions& options,
+                                   const std::optional<LengthUnit>& unit) {
+  std::vector<Criterion> criteria;
+  const bool has_regions = !outcome.regions.empty();
+  if (options.max_distance)
+    criteria.push_back(has_regions ? of_region(outcome.regions.back(), options, outcome.regions.size() - 1)
+                                   : of_whole(outcome, options));
+  if (options.zone) {
+    const bool known = outcome.sides && !outcome.sides->refused;
+    criteria.push_back(
+        of_side("inside", options.zone->inside, known ? &outcome.sides->inside : nullptr, outcome, options, unit));
+    criteria.push_back(
+        of_side("outside", options.zone->outside, known ? &outcome.sides->outside : nullptr, outcome, options, unit));
+  }
+  if (options.max_distance)
+    for (std::size_t i = 0; i + 1 < outcome.regions.size(); ++i)
+      criteria.push_back(of_region(outcome.regions[i], options, i));
+  if (const auto share = share_beyond(outcome, options)) criteria.push_back(of_share(*share, outcome, options));
+  return criteria;
+}
+
+Criterion criterion_of(const Expectation& expectation) {
+  Criterion criterion;
+  criterion.of = Criterion::Of::expectation;
+  criterion.name = expectation.name;
+  criterion.verdict = expectation.verdict;
+  criterion.expected = expectation.expected;
+  criterion.found = expectation.found;
+  return criterion;
+}
+
+std::vector<Criterion> criteria_of(const Comparison& comparison) {
+  auto criteria = criteria_of(comparison.outcome, comparison.options, comparison.units.result.unit);
+  for (const Expectation& one : expectations_of(comparison)) criteria.push_back(criterion_of(one));
+  return criteria;
+}
+
+std::optional<Verdict> worst(std::span<const Criterion> criteria) {
+  if (criteria.empty()) return std::nullopt;
+  return std::ranges::max_element(criteria, {}, [](const Criterion& c) { return severity(c.verdict); })->verdict;
+}
+
+const Criterion& foremost(std::span<const Criterion> criteria) {
+  return *std::ranges::max_element(criteria, {}, foremost_rank);
+}
+
+const Criterion* foremost_place(std::span<const Criterion> criteria) {
+  const Criterion* found = nullptr;
+  const auto verdict = worst(criteria);
+  for (const Criterion& one : criteria) {
+    if (one.verdict != verdict || !one.at) continue;
+    if (!found || foremost_rank(*found) < foremost_rank(one)) found = &one;
+  }
+  return found;
+}
+
+IntervalText figures_of(const Criterion& criterion) {
+  if (criterion.of == Criterion::Of::share) {
+    const Criterion shown = in_percent(criterion);
+    return to_text(shown.lower, shown.upper, shown.limit);
+  }
+  const double u = criterion.uncertainty;
+  if (!(u > 0)) return to_text(criterion.lower, criterion.upper, criterion.limit);
+  const double end = criterion.verdict == Verdict::pass ? -u : criterion.verdict == Verdict::fail ? u : 0;
+  IntervalText text = to_text(criterion.lower, criterion.upper, criterion.limit + end);
+  text.limit = to_digits(criterion.limit, kWordDigits);
+  return text;
+}
+
+Criterion in_percent(Criterion share) {
+  share.lower = percent(share.lower, 0);
+  share.upper = percent(share.upper, 100);
+  share.limit *= 100;
+  return share;
+}
+
+std::string share_in_words(const Criterion& share, std::string_view unit) {
+  const IntervalText figures = figures_of(share);
+  std::string beyond = " of the area is farther than " + with_unit(to_digits(*share.beyond, kWordDigits), unit);
+  if (share.uncertainty > 0) beyond += " \xC2\xB1 " + with_unit(to_digits(share.uncertainty, kWordDigits), unit);
+  if (!(share.upper > 0)) return "none" + beyond;
+  if (!(share.lower > 0)) return "at most " + figures.upper + " %" + beyond;
+  if (!(share.upper < 1)) return "at least " + figures.lower + " %" + beyond;
+  return "between " + figures.lower + " and " + figures.upper + " %" + beyond;
+}
+
+std::string finding_of(const Criterion& criterion, std::string_view unit, const std::string& limit) {
+  switch (criterion.of) {
+    case Criterion::Of::distance:
+      return distance_finding(criterion, unit, limit);
+    case Criterion::Of::share:
+      return share_finding(criterion, unit);
+    default:
+      return criterion.name + ": " + criterion.found + ", expected " + criterion.expected;
+  }
+}
+
+Json json_of(const Criterion& criterion, std::string_view unit) {
+  Json json{{"name", criterion.name}, {"of", name_of(kOf, criterion.of)}, {"verdict", to_string(criterion.verdict)}};
+  const std::string finding = finding_of(criterion, unit);
+  if (criterion.of == Criterion::Of::expectation) {
+    json.update({{"expected", criterion.expected}, {"found", criterion.found}, {"finding", finding}});
+    return json;
+  }
+  json.update({{"region", text_or_null(criterion.region)},
+               {"side", text_or_null(criterion.side)},
+               {"beyond", criterion.beyond ? Json(*criterion.beyond) : Json(nullptr)},
+               {"limit", criterion.limit},
+               {"uncertainty", criterion.uncertainty},
+               {"unit", text_or_null(unit)},
+               {"lower", criterion.lower},
+               {"upper", criterion.upper},
+               {"status", text_or_null(criterion.status)},
+               {"witness", place_json(criterion.at)},
+               {"refused", text_or_null(criterion.refused)},
+               {"finding", finding}});
+  return json;
+}
+
+Result<Criterion> read_criterion(const Json& json) try {
+  const auto text = [&](const char* member) {
+    const Json& found = json.at(member);
+    return found.is_null() ? std::string() : found.get<std::string>();
+  };
+  const auto of = value_of(kOf, text("of"));
+  const auto verdict = value_of(kVerdicts, text("verdict"));
+  if (!of || !verdict) return no_criterion("its kind or its verdict is unknown");
+  Criterion criterion;
+  criterion.of = *of;
+  criterion.name = text("name");
+  criterion.verdict = *verdict;
+  if (*of == Criterion::Of::expectation) {
+    criterion.expected = text("expected");
+    criterion.found = text("found");
+    return criterion;
+  }
+  criterion.region = text("region");
+  criterion.side = text("side");
+  if (const Json& beyond = json.at("beyond"); !beyond.is_null()) criterion.beyond = beyond.get<double>();
+  criterion.limit = json.at("limit").get<double>();
+  criterion.uncertainty = json.at("uncertainty").get<double>();
+  criterion.lower = json.at("lower").get<double>();
+  criterion.upper = upper_of(json);
+  criterion.status = text("status");
+  criterion.refused = text("refused");
+  criterion.at = read_place(json.at("witness"));
+  if (!is_interval(criterion)) return no_criterion("its bounds are no interval");
+  return judged(std::move(criterion));
+} catch (const Json::exception& error) {
+  return no_criterion(error.what());
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,107 @@
+// The criteria of a comparison: each limit of its gate and each expectation, what was found of it, and its verdict.
+// Made once; results, reports and pages show this list.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "api/base/figures.h"
+#include "api/compare/compare.h"
+#include "api/options/gate.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+struct Criterion {
+  enum class Of { distance, share, expectation };
+
+  // A point that is at least `lower` from the other mesh.
+  struct Place {
+    bool on_a = true;
+    Vec3 point = Vec3::Zero();
+    std::uint32_t triangle = 0;          // 0-based, as read; of a cloud the point's index
+    std::optional<Vec3> nearest;         // on the other mesh; nullopt: not known
+    std::uint32_t nearest_triangle = 0;  // that holds `nearest`
+  };
+
+  Of of = Of::distance;
+  std::string name;  // unique: "distance", "distance in bore", "distance outside", "share beyond", "watertight"
+  Verdict verdict = Verdict::undecided;
+
+  // A limit, of a distance or a share. Lengths are in the unit of the result; limit and bounds of a share are from 0
+  // to 1.
+  std::string region{};            // of the request, or kRest; empty: without regions
+  std::string side{};              // "inside", "outside": how far mesh a reaches there; empty: of no side
+  std::optional<double> beyond{};  // the share is of the area that is farther than this
+  double limit = 0;
+  double uncertainty = 0;  // of the distance, or of `beyond`
+  double lower = 0;        // certified
+  double upper = std::numeric_limits<double>::infinity();
+  std::string status{};       // why the work on it ended: "converged", "timeout", "complete", ...
+  std::optional<Place> at{};  // nullopt: none is known, or of a share
+  std::string refused{};      // why mesh b has no sides: "mesh b is open: ..."; empty: it has
+
+  // An expectation, in words: "at most 20000", "24512".
+  std::string expected{}, found{};
+
+  bool is_of_region() const;  // not of the rest
+};
+
+// Returns the limits: of the distance, or of the rest where there are regions; inside; outside; of each region; of the
+// area. Empty: without a gate.
+// `unit`: of the lengths, for the words of `refused`.
+std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptions& options,
+                                   const std::optional<LengthUnit>& unit = {});
+
+// Returns the limits, and behind them the expectations.
+std::vector<Criterion> criteria_of(const Comparison& comparison);
+Criterion criterion_of(const Expectation& expectation);
+
+// Returns the worst verdict; nullopt: there is no criterion.
+std::optional<Verdict> worst(std::span<const Criterion> criteria);
+
+// Returns the one to show where there is room for one: of those with the worst verdict the limit that is exceeded
+// most, or is nearest to being exceeded, in shares of the limit; an expectation where it alone has that verdict.
+// Precondition: there is a criterion.
+const Criterion& foremost(std::span<const Criterion> criteria);
+
+// Returns the one to look at: of those with the worst verdict and a place the one that comes first as by foremost();
+// null: none has a place.
+const Criterion* foremost_place(std::span<const Criterion> criteria);
+
+// Returns the verdict of a limit from its own numbers; undecided where mesh b has no sides.
+Verdict verdict_of(const Criterion& limit);
+
+// Returns the limit with its name and its verdict, which follow from the rest.
+Criterion judged(Criterion limit);
+
+// Returns bounds and limit as texts, each number on its side of the limit; with an uncertainty, of what it leaves of
+// pass and of fail. Of a share in percent. Precondition: no expectation.
+IntervalText figures_of(const Criterion& criterion);
+
+// Returns "the distance in bore is at least 0.0312 mm, above the limit of 0.02 mm", without full stop. `unit`: of the
+// lengths, may be empty. `limit`: the limit of a distance in other words, such as "0.1 mm (0.5 % of the diagonal)";
+// empty: as above.
+std::string finding_of(const Criterion& criterion, std::string_view unit, const std::string& limit = {});
+
+// Returns "between 0.2 and 0.27 % of the area is farther than 0.05 mm". Precondition: the criterion is a share.
+std::string share_in_words(const Criterion& share, std::string_view unit);
+
+// Returns the share with limit and bounds in percent, the bounds not nearer to each other than they are.
+Criterion in_percent(Criterion share);
+
+// Writes a criterion of a result document (openapi.yaml, "Criterion"); an infinite bound as null.
+nlohmann::ordered_json json_of(const Criterion& criterion, std::string_view unit);
+
+// Reads what json_of() writes. Name and verdict of a limit are as by judged(), whatever the document says. Error:
+// internal when it is no criterion or has no interval.
+Result<Criterion> read_criterion(const nlohmann::ordered_json& json);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,166 @@
+#include "api/result/response.h"
+
+#include <cstdio>
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "api/options/names.h"
+#include "api/result/criteria.h"
+#include "api/result/json_of.h"
+#include "api/result/notes.h"
+#include "engine/hausdorff.h"
+
+namespace meshgauge::api {
+namespace {
+
+// Returns width / of. 0/0 is 0, since an interval without width satisfies every rule; x/0 is infinite, null in JSON.
+double ratio(double width, double of) { return width == 0 ? 0 : width / of; }
+
+Json json_of(const Tolerance& tolerance, const Outcome& outcome) {
+  const double width = outcome.upper - outcome.lower;
+  return {{"asked", api::json_of(tolerance)},
+          {"reached",
+           {{"absolute", width},
+            {"diagonal", ratio(width, outcome.diagonal_a)},
+            {"relative", ratio(width, outcome.lower)}}},
+          {"met_by", outcome.met_by ? Json(name_of(kRules, *outcome.met_by)) : Json(nullptr)}};
+}
+
+Json timings(const Comparison& comparison) {
+  Json json;
+  for (const Stage& stage : stages(comparison)) json[stage.name] = stage.ms;
+  return json;
+}
+
+Json meshes(const Comparison& comparison) {
+  Json json{{"a", api::json_of(comparison.a, comparison.units.a)},
+            {"b", api::json_of(comparison.b, comparison.units.b)}};
+  if (!comparison.options.topology) return json;
+  json["a"]["topology"] = api::json_of(comparison.a.topology);
+  json["b"]["topology"] = api::json_of(comparison.b.topology);
+  return json;
+}
+
+Json engine(const Options& options, const Outcome& outcome) {
+  return {{"version", version()},
+          {"strategy", name_of(kStrategies, options.strategy)},
+          {"points", options.strategy == Strategy::n_point ? Json(options.points) : Json(nullptr)},
+          {"simd", outcome.simd},
+          {"threads", outcome.threads}};
+}
+
+Json json_of(const Estimate& estimate) {
+  return {{"value", estimate.value}, {"standard_error", estimate.standard_error}};
+}
+
+Json json_of(const std::optional<Distribution>& found) {
+  if (!found) return nullptr;
+  Json shares = Json::array(), errors = Json::array();
+  for (const Estimate& bin : found->histogram) {
+    shares.push_back(bin.value);
+    errors.push_back(bin.standard_error);
+  }
+  return {{"weight", name_of(kWeights, found->weight)},
+          {"samples", found->samples},
+          {"mean", json_of(found->mean)},
+          {"rms", json_of(found->rms)},
+          {"p50", json_of(found->p50)},
+          {"p95", json_of(found->p95)},
+          {"p99", json_of(found->p99)},
+          {"max_seen", found->max_seen},
+          {"histogram", {{"high", found->max_seen}, {"shares", shares}, {"standard_errors", errors}}}};
+}
+
+Json json_of(const std::optional<Statistics>& statistics) {
+  if (!statistics) return nullptr;
+  return {{"sampled", true},
+          {"status", name_of(kStatisticsStatuses, statistics->status)},
+          {"seed", statistics->sampling.seed},
+          {"a_to_b", json_of(statistics->a_to_b)},
+          {"b_to_a", json_of(statistics->b_to_a)}};
+}
+
+// Adds the criteria, and the verdicts that the members of the zone and of the area have of their own.
+void add_limits(const std::vector<Criterion>& criteria, const std::optional<LengthUnit>& unit, Json& json) {
+  std::optional<Verdict> of_zone;
+  for (const Criterion& one : criteria) {
+    if (!one.side.empty()) of_zone = worst(of_zone.value_or(one.verdict), one.verdict);
+    if (one.of == Criterion::Of::share)
+      json["share_beyond"] = {
+          {"distance", *one.beyond}, {"share", interval(one.lower, one.upper)}, {"verdict", to_string(one.verdict)}};
+  }
+  if (of_zone) json["sides"]["verdict"] = to_string(*of_zone);
+  json["foremost"] = criteria.empty() ? Json(nullptr) : Json(foremost(criteria).name);
+  Json& all = json["criteria"] = Json::array();
+  const std::string_view name = unit ? to_string(*unit) : std::string_view();
+  for (const Criterion& one : criteria) all.push_back(api::json_of(one, name));
+}
+
+}  // namespace
+
+std::vector<Stage> stages(const Comparison& comparison) {
+  const StageTimes& times = comparison.times;
+  const Timings& engine = comparison.outcome.timings;
+  std::vector<Stage> all{{"queue", times.queue}, {"read_a", times.read_a}, {"read_b", times.read_b}};
+  if (comparison.alignment) all.push_back({"align", times.align});
+  all.insert(
+      all.end(),
+      {{"build", engine.build}, {"traverse", engine.traverse}, {"reduce", engine.reduce}, {"certify", engine.certify}});
+  if (comparison.outcome.areas || comparison.outcome.sides) all.push_back({"areas", engine.areas});
+  if (comparison.outcome.statistics) all.push_back({"statistics", engine.statistics});
+  all.push_back({"total", times.total});
+  return all;
+}
+
+std::vector<Expectation> expectations_of(const Comparison& comparison) {
+  if (!comparison.options.expect.any()) return {};
+  const auto& unit = comparison.units.result.unit;
+  return examined(comparison.options.expect, meshes(comparison), unit ? std::string(to_string(*unit)) : std::string());
+}
+
+std::string to_json(const Comparison& comparison) {
+  const Outcome& outcome = comparison.outcome;
+  const auto criteria = criteria_of(comparison);
+  const auto found = worst(criteria);
+  Json json{{"id", comparison.id},
+            {"status", name_of(kStops, outcome.stop)},
+            {"verdict", found ? Json(to_string(*found)) : Json(nullptr)},
+            {"gate", gate_of(comparison.options)},
+            {"unit", json_of(comparison.units.result)},
+            {"notes", notes_of(comparison)},
+            {"direction", name_of(kDirections, comparison.options.direction)},
+            {"distance", interval(outcome.lower, outcome.upper)},
+            {"a_to_b", json_of(outcome.a_to_b)},
+            {"b_to_a", json_of(outcome.b_to_a)},
+            {"tolerance", json_of(comparison.options.tolerance, outcome)},
+            {"precision_floor", outcome.precision_floor},
+            {"timings_ms", timings(comparison)},
+            {"meshes", meshes(comparison)},
+            {"engine", engine(comparison.options, outcome)},
+            {"statistics", json_of(outcome.statistics)}};
+  if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *comparison.options.align);
+  if (comparison.options.expect.any()) {
+    json["expect"] = api::json_of(comparison.options.expect);
+    json["expectations"] = api::json_of(expectations_of(comparison));
+  }
+  if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
+  if (outcome.areas) json["areas"] = json_of(*outcome.areas);
+  if (outcome.sides) json["sides"] = json_of(*outcome.sides, comparison.units.result.unit);
+  add_limits(criteria, comparison.units.result.unit, json);
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string to_server_timing(const Comparison& comparison) { return to_server_timing(stages(comparison)); }
+
+std::string to_server_timing(const std::vector<Stage>& stages) {
+  std::string header;
+  for (const Stage& stage : stages) {
+    char entry[64];
+    std::snprintf(entry, sizeof entry, "%s%s;dur=%.3f", header.empty() ? "" : ", ", stage.name, stage.ms);
+    header += entry;
+  }
+  return header;
+}
+
+}  // namespace meshgauge::api

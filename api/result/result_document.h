@@ -1,0 +1,68 @@
+// Reads a comparison's result document (openapi.yaml, "Comparison"), which api/result/response.h writes.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "api/options/gate.h"
+#include "api/options/unit_plan.h"
+#include "engine/mesh.h"
+#include "engine/mesh/rigid.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+enum class Side { a, b };
+
+// Where `lower` is attained: a point of one mesh and the nearest point of the other.
+struct ResultWitness {
+  bool on_candidate = true;  // true: `from` lies on the candidate; false: on the baseline
+  Vec3 from = Vec3::Zero();
+  std::uint32_t from_triangle = 0;  // 0-based index in the mesh as read
+  Vec3 to = Vec3::Zero();
+  std::uint32_t to_triangle = 0;
+};
+
+// The certified interval of one direction.
+struct ResultDirection {
+  double lower = 0;
+  double upper = 0;
+  std::optional<ResultWitness> witness;
+};
+
+struct ResultFacts {
+  // The limit that distances without a sign are shown against: shown_limit() of max_distance and zone, or else the
+  // distance of max_share_beyond. nullopt: no gate.
+  std::optional<DistanceLimit> limit;
+  double lower = 0;  // the certified interval; `upper` is infinite when there is no upper bound yet
+  double upper = std::numeric_limits<double>::infinity();
+  std::optional<ResultWitness> witness;      // for the direction that attains `lower`
+  std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
+  UnitPlan units;                            // of both files; `result` is the unit of every length here
+  std::optional<RigidMotion> motion;         // of mesh a before it was measured, in that unit; nullopt: none
+  bool sides = false;                        // whether the candidate's sides of the other mesh were asked for
+  std::string no_sides{};                    // sides_refused() of the document, if they were
+  bool has_units = false;                    // false: written before version 0.2.0, without units
+};
+
+// Reads a result document. `candidate`: the mesh that the facts are about. Error: internal when the document is not a
+// result or its bounds are not an interval.
+Result<ResultFacts> result_facts(const nlohmann::ordered_json& document, Side candidate);
+
+// Returns the upper bound of an interval {"lower": ..., "upper": ...}; null: infinity, there is none yet. A result that
+// this version writes always has one: it is known before the search begins. Throws nlohmann::json::exception when it
+// is neither.
+double upper_of(const nlohmann::ordered_json& interval);
+
+// Returns why mesh b, in words the baseline, has no sides: "the baseline is open: ..."; empty: it has, or nothing is
+// known of it. Throws nlohmann::json::exception when `sides`, of a result document, has another form.
+std::string sides_refused(const nlohmann::ordered_json& sides);
+
+// Reads the units of a result document. A missing or unknown unit is nullopt, which converts nothing.
+UnitPlan unit_plan_of(const nlohmann::ordered_json& document);
+
+}  // namespace meshgauge::api

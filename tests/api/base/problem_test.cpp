@@ -1,0 +1,72 @@
+#include "api/base/problem.h"
+
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+using namespace meshgauge;
+using nlohmann::json;
+
+TEST_CASE("problem: an error becomes a document with its place") {
+  const Error error{ErrorCode::non_finite_vertex, "vertex 17 of 'a' is NaN", "a", "vertex 17"};
+  const json document = json::parse(to_json(api::to_problem(error)));
+  CHECK(document ==
+        json{{"type", "urn:meshgauge:problem:non-finite-vertex"},
+             {"title", "A coordinate is NaN or infinite"},
+             {"status", 422},
+             {"detail", "vertex 17 of 'a' is NaN"},
+             {"errors", {{{"part", "a"}, {"where", "vertex 17"}, {"message", "vertex 17 of 'a' is NaN"}}}}});
+}
+
+TEST_CASE("problem: every code has its status") {
+  const std::pair<ErrorCode, int> expected[] = {
+      {ErrorCode::invalid_request, 422},      {ErrorCode::unsupported_format, 415},
+      {ErrorCode::unreadable_mesh, 422},      {ErrorCode::empty_mesh, 422},
+      {ErrorCode::non_finite_vertex, 422},    {ErrorCode::index_out_of_range, 422},
+      {ErrorCode::coordinate_too_large, 422}, {ErrorCode::too_large, 413},
+      {ErrorCode::out_of_time, 503},          {ErrorCode::internal, 500},
+      {ErrorCode::unit_conflict, 422}};
+  for (const auto& [code, status] : expected) {
+    const api::Problem problem = api::to_problem(Error{code, "x", "", ""});
+    CHECK(problem.status() == status);
+    CHECK(problem.errors.empty());
+  }
+}
+
+TEST_CASE("problem: kinds and slugs are unique") {
+  std::set<std::string_view> slugs;
+  std::set<api::ProblemKind> kinds;
+  for (const api::ProblemRow& row : api::problem_table()) {
+    CHECK(slugs.insert(row.slug).second);
+    CHECK(kinds.insert(row.kind).second);
+    CHECK(row.status >= 400);
+  }
+  CHECK(kinds.size() == static_cast<std::size_t>(api::ProblemKind::internal) + 1);
+}
+
+TEST_CASE("problem: openapi.yaml has the same table") {
+  std::ifstream file(MESHGAUGE_SOURCE_DIR "/openapi.yaml");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto count = [&](const std::string& what) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++found;
+    return found;
+  };
+  for (const api::ProblemRow& row : api::problem_table()) {
+    const std::string line = "- properties: {type: {const: 'urn:meshgauge:problem:" + std::string(row.slug) +
+                             "'}, title: {const: \"" + std::string(row.title) +
+                             "\"}, status: {const: " + std::to_string(row.status) + "}}";
+    INFO(line);
+    CHECK(count(line) == 1);
+  }
+  CHECK(count("- properties: {type: {const: 'urn:") == api::problem_table().size());
+}
+
+TEST_CASE("problem: bytes that are not UTF-8 do not break the document") {
+  const api::Problem problem{api::ProblemKind::malformed_request, "part '\xff\xfe'", {{"\x80", "", ""}}};
+  CHECK(json::parse(to_json(problem))["detail"] == "part '\xef\xbf\xbd\xef\xbf\xbd'");
+}

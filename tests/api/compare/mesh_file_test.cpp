@@ -1,0 +1,158 @@
+#include "api/compare/mesh_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "api/formats/format.h"
+#include "folder.h"
+
+using namespace meshgauge;
+using namespace meshgauge::api;
+namespace fs = std::filesystem;
+
+namespace {
+
+// One triangle, whose three vertices are in the file of this URI.
+std::string scene(const std::string& uri) {
+  return R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": ")" +
+         uri + "\"}]}";
+}
+
+std::string corners() {
+  std::string data(36, '\0');
+  data[4 * 3 + 2] = data[4 * 7 + 2] = '\x80';  // (0 0 0) (1 0 0) (0 1 0)
+  data[4 * 3 + 3] = data[4 * 7 + 3] = '\x3F';
+  return data;
+}
+
+// The number of triangles, or why there is none.
+std::string told(const fs::path& path) {
+  const auto file = MeshFile::open(path.string());
+  if (!file) return file.error().message;
+  const auto mesh = api::read_mesh(file->bytes(), {"a", path.filename().string(), ""}, api::ReadLimits{});
+  return mesh ? std::to_string(mesh->mesh.triangles.size()) : mesh.error().message;
+}
+
+std::string told_with(const test::Folder& folder, const std::string& uri) {
+  return told(folder.write("in/s.gltf", scene(uri)));
+}
+
+bool contains(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("mesh file: a .gltf with the files that it names, from its folder and below") {
+  const test::Folder folder;
+  folder.write("in/x y.bin", corners());
+  folder.write("in/sub/x.bin", corners());
+  CHECK(told_with(folder, "x%20y.bin") == "1");
+  CHECK(told_with(folder, "./sub//x.bin") == "1");
+  const test::Inside inside(folder / "in");
+  CHECK(told("s.gltf") == "1");
+  fs::create_directory_symlink(folder / "in", folder / "link");  // named by the user, so it is followed
+  CHECK(told(folder / "link/s.gltf") == "1");
+  const auto one = MeshFile::open("s.gltf"), two = MeshFile::open((folder / "link/s.gltf").string());
+  CHECK(std::ranges::equal(one->bytes(), two->bytes()));
+  CHECK(one->media_type() == "application/zip");
+  CHECK(one->more_suffix() == ".zip");
+}
+
+TEST_CASE("mesh file: another file is its bytes") {
+  const test::Folder folder;
+  const auto plain = MeshFile::open(folder.write("m.off", test::small_mesh()).string());
+  CHECK(plain->bytes().size() == test::small_mesh().size());
+  CHECK(plain->media_type() == "application/octet-stream");
+  CHECK(plain->more_suffix().empty());
+  CHECK(contains(told(folder.write("m.gltf", "{")), "not valid JSON"));
+  CHECK(contains(told(folder.write("n.gltf", scene("data:,"))), "data URI"));
+}
+
+TEST_CASE("mesh file: nothing outside of the folder of a .gltf is opened") {
+  const test::Folder folder;
+  const std::string outside = folder.write("x.bin", corners()).string();
+  folder.write("in/sub/x.bin", corners());
+  fs::create_symlink(outside, folder / "in/link.bin");
+  fs::create_symlink("sub/x.bin", folder / "in/inner.bin");  // a link within the folder is one as well
+  fs::create_directory_symlink(folder.path(), folder / "in/up");
+  fs::create_symlink("/dev/zero", folder / "in/zero.bin");
+  for (const char* uri : {"../x.bin", "sub/../../x.bin", "%2e%2e/x.bin", "%2E%2E%2Fx.bin", "./%2e./x.bin"}) {
+    CHECK(contains(told_with(folder, uri), "has '..'"));
+  }
+  CHECK(contains(told_with(folder, outside), "is absolute"));
+  CHECK(contains(told_with(folder, "%2Fdev%2Fzero"), "is absolute"));
+  CHECK(contains(told_with(folder, "file://" + outside), "has a scheme, and nothing is fetched"));
+  CHECK(contains(told_with(folder, "http://127.0.0.1:9/x.bin"), "has a scheme, and nothing is fetched"));
+  CHECK(contains(told_with(folder, "..\\\\x.bin"), "has a backslash"));
+  for (const char* uri : {"link.bin", "inner.bin", "up/x.bin", "zero.bin"}) {
+    const std::string why = told_with(folder, uri);
+    CHECK(contains(why, "/in/s.gltf' is a glTF of several files: '"));
+    CHECK(contains(why, std::string("/in/") + uri + "' is a symbolic link or lies behind one, which is not followed"));
+  }
+}
+
+TEST_CASE("mesh file: anything but a regular file is refused without blocking") {
+  const test::Folder folder;
+  fs::create_directories(folder / "in/folder.bin");
+  REQUIRE(::mkfifo((folder / "in/pipe.bin").c_str(), 0600) == 0);
+  CHECK(contains(told_with(folder, "pipe.bin"), "/in/pipe.bin' is not a regular file"));
+  CHECK(contains(told_with(folder, "folder.bin"), "/in/folder.bin' is a folder"));
+  CHECK(contains(told_with(folder, "none.bin"), "/in/none.bin' cannot be read: No such file or directory"));
+  CHECK(contains(told_with(folder, "pipe.bin/x.bin"), "cannot be read: Not a directory"));
+  // Only root may make a device, and not in every container.
+  if (::mknod((folder / "in/null.bin").c_str(), S_IFCHR | 0600, makedev(1, 3)) == 0) {
+    const std::string why = told_with(folder, "null.bin");
+    CHECK((contains(why, "is not a regular file") || contains(why, "Permission denied")));
+  }
+  const fs::path pipe = folder / "pipe.gltf";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK(contains(told(pipe), "is not a regular file"));
+}
+
+TEST_CASE("mesh file: bounds of what a .gltf may name") {
+  const test::Folder folder;
+  std::string many = R"({"asset": {"version": "2.0"}, "buffers": [)";
+  for (int i = 0; i < 65; ++i)
+    many += (i > 0 ? ", " : "") + (R"({"byteLength": 1, "uri": "x)" + std::to_string(i) + "\"}");
+  CHECK(contains(told(folder.write("many.gltf", many + "]}")), "it names 65 files (limit 64)"));
+  CHECK(contains(told_with(folder, "scene.gltf"), "a buffer names 'scene.gltf', a .gltf; name a file of binary data"));
+  folder.write("in/large.bin", "");
+  fs::resize_file(folder / "in/large.bin", std::uintmax_t{5} << 30U);  // of no blocks
+  CHECK(contains(told_with(folder, "large.bin"), "large.bin' is larger than the"));
+}
+
+TEST_CASE("mesh file: what a pipe sent, under its name") {
+  const test::Folder folder;
+  const test::Inside inside(folder.path());
+  folder.write("x.bin", corners());
+  const auto opened = [&](const std::string& sent) {
+    Pipes pipes;
+    MemoryFile file;
+    const Descriptor stream(::open(folder.write("sent", sent).c_str(), O_RDONLY | O_CLOEXEC));
+    REQUIRE(MemoryFile::read_all(stream.get(), sent.size(), file) == MemoryFile::End::whole);
+    pipes.emplace("standard input", std::move(file));
+    const auto mesh = MeshFile::open("standard input", &pipes);
+    if (!mesh) return mesh.error().message;
+    CHECK(mesh->media_type() == "application/octet-stream");
+    CHECK(mesh->more_suffix().empty());
+    CHECK(contains(MeshFile::open("none", &pipes).error().message, "'none' cannot be read"));
+    return std::string(reinterpret_cast<const char*>(mesh->bytes().data()), mesh->bytes().size());
+  };
+  CHECK(opened(test::small_mesh()) == test::small_mesh());
+  CHECK(opened(scene("data:,")) == scene("data:,"));
+  CHECK(
+      opened(scene("x.bin")) ==
+      "'standard input' is a glTF of several files: it came through a pipe, which has no folder for 'x.bin'; name the "
+      ".gltf itself, or send a .glb or a .zip with all files");
+}
