@@ -64,9 +64,11 @@ export class Tab {
     Object.assign(this, { foreign: [], requests: [], said: [], stalls: [], policies: new Map() });
   }
 
-  // As a new tab: without routes, storage and records. A script that was added to all of its pages stays.
+  // As a new tab: without routes, storage and records. A script that was added to all of its pages stays. The page is left and its
+  // routes have ended before they are removed: a request of a route that is removed meanwhile is answered twice.
   async renew() {
-    await this.page.unrouteAll();
+    await this.page.goto("about:blank");
+    await this.page.unrouteAll({ behavior: "wait" });
     await this.context.setOffline(false);
     await this.page.setViewportSize(usual);
     await this.go("/healthz");
