@@ -117,8 +117,11 @@ export class Tab {
     return this.page.screenshot({ path: join(shots, `${name}.png`), fullPage: whole, ...how });
   }
 
-  close() {
-    return this.context.close();
+  // Requests that are under way do not matter any more, nor what becomes of their routes.
+  async close() {
+    await this.page.unrouteAll({ behavior: "ignoreErrors" });
+    await this.context.unrouteAll({ behavior: "ignoreErrors" });
+    await this.context.close();
   }
 }
 
