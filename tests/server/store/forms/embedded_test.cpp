@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-fs::perms mode_of(const fs::path& path) { return fs::status(path).permissions(); }
+fs::perms permissions_of(const fs::path& path) { return fs::status(path).permissions(); }
 
 void write(const std::string& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
 
@@ -46,11 +46,11 @@ TEST_CASE("embedded: files are private to their user") {
     int files = 0;
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(data)) {
       CAPTURE(entry.path());
-      CHECK(mode_of(entry) == (entry.is_directory() ? fs::perms(0700) : fs::perms(0600)));
+      CHECK(permissions_of(entry) == (entry.is_directory() ? fs::perms(0700) : fs::perms(0600)));
       files += entry.is_directory() ? 0 : 1;
     }
     CHECK(files == 6);  // lock, database, its log and index, a blob
-    CHECK(mode_of(data) == fs::perms(0700));
+    CHECK(permissions_of(data) == fs::perms(0700));
   }
   ::umask(before);
 }
