@@ -88,6 +88,22 @@ class Together {
  private:
   using Places = std::vector<std::size_t>;  // indices of gates
 
+  // Reports one batch, of the gates in `places`.
+  class OneBatch final : public Batch::Listener {
+   public:
+    OneBatch(Together& all, const Places& places) : all_(all), places_(places) {}
+
+    void begun(const std::string& view) override {
+      const Shared& shared = all_.shared_;
+      if (shared.batch_begun) shared.batch_begun(link_to(shared.client.base(), view));
+    }
+    void ended(std::size_t place, End end) override { all_.tell(places_[place], std::move(end)); }
+
+   private:
+    Together& all_;
+    const Places& places_;
+  };
+
   // Returns the gates whose meshes are stored; the others have ended.
   Places sent(const Places& places) {
     const std::lock_guard lock(shared_.sending);
@@ -135,12 +151,9 @@ class Together {
       tasks_[place].control->report({0, Progress{}.upper, "queue"});
       pairs.push_back(&pairs_[place]);
     }
-    const auto ended = [&](std::size_t i, End end) { tell(places[i], std::move(end)); };
-    const auto begun = [&](const std::string& view) {
-      if (shared_.batch_begun) shared_.batch_begun(link_to(shared_.client.base(), view));
-    };
     Control& control = *tasks_[places.front()].control;
-    return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, ended, begun).measure();
+    OneBatch listener(*this, places);
+    return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, listener).measure();
   }
 
   // Submits the halves of a refused batch, down to the single gate that is refused.

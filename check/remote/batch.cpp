@@ -59,7 +59,7 @@ bool BatchResults::take_line(std::string_view text) {
   auto line = batch_line_from(text);
   if (!line || line->position < next_ || line->position >= comparisons_) return false;
   next_ = line->position + 1;
-  tell_(std::move(*line));
+  sink_.take(std::move(*line));
   return true;
 }
 
@@ -90,7 +90,7 @@ HttpRequest Batch::request() const {
 
 Batch::Outcome Batch::answered(const HttpAnswer& reply) {
   if (const auto batch = reply.status == 202 ? ours(reply) : std::nullopt) {
-    if (!batch->view.empty()) begun_(batch->view);
+    if (!batch->view.empty()) listener_.begun(batch->view);
     return follow(batch->id);
   }
   if (is_any_of(reply.status, {404, 405, 501})) return {Fate::absent, {}};
@@ -164,7 +164,7 @@ HttpRequest Batch::results_request(const std::string& id, BatchResults& results)
 
 // If the batch is forgotten meanwhile, the next poll notices.
 Result<Done> Batch::read(const std::string& id) {
-  BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
+  BatchResults results(pairs_.size(), *this);
   const auto reply = client_.ask(results_request(id, results), control_);
   read_ = Clock::now();
   if (!reply) return reply.error();
@@ -179,7 +179,7 @@ void Batch::take(BatchLine line) {
   if (!end.document && !end.problem) return;
   reported_[line.position] = true;
   ++known_;
-  ended_(line.position, std::move(end));
+  listener_.ended(line.position, std::move(end));
 }
 
 // Cancelled while the batch was being submitted: submits it again with the same key, which returns the same batch,
@@ -194,7 +194,7 @@ Batch::Outcome Batch::abandon() {
 Batch::Outcome Batch::cancel(const std::string& id) {
   const milliseconds each = client_.cancel_time() / 2;
   end_there(id, after(each));
-  BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
+  BatchResults results(pairs_.size(), *this);
   client_.once(results_request(id, results), after(each));
   return {Fate::cancelled, {}};
 }

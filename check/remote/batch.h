@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,14 +17,21 @@
 
 namespace meshgauge::check::service {
 
+// Takes the lines of a batch's results.
+class BatchLineSink {
+ public:
+  virtual ~BatchLineSink() = default;
+
+  // May be called again for a position: each try begins with the first line.
+  virtual void take(BatchLine line) = 0;
+};
+
 // Parses the results of a batch while they stream in, one per line. Holds one line, of at most kMostReplyBytes, and
 // accepts positions in rising order, at most as many as the batch has comparisons. Bytes after the last line end are
 // ignored.
 class BatchResults {
  public:
-  // `tell` may be called again for a position: each try begins with the first line.
-  BatchResults(std::size_t comparisons, std::function<void(BatchLine)> tell)
-      : comparisons_(comparisons), tell_(std::move(tell)) {}
+  BatchResults(std::size_t comparisons, BatchLineSink& sink) : comparisons_(comparisons), sink_(sink) {}  // borrows it
 
   void begin();                       // call before each try
   bool take(std::string_view piece);  // false: these are not the results of this batch
@@ -34,13 +40,13 @@ class BatchResults {
   bool take_line(std::string_view text);
 
   const std::size_t comparisons_;
-  const std::function<void(BatchLine)> tell_;
+  BatchLineSink& sink_;
   std::string line_;      // the incomplete line
   std::size_t next_ = 0;  // the lowest position that may follow
 };
 
 // Borrows all arguments.
-class Batch {
+class Batch final : private BatchLineSink {
  public:
   // How the batch ended. Pairs whose results were reported have ended in any case.
   enum class Fate {
@@ -56,21 +62,25 @@ class Batch {
     Fate fate = Fate::ended;
     std::optional<Error> error;
   };
-  // Called once for each pair, on the thread of measure(): how it ended. `place`: index in `pairs`.
-  using Ended = std::function<void(std::size_t place, End end)>;
+  // What happens to the batch. Called on the thread of measure().
+  class Listener {
+   public:
+    virtual ~Listener() = default;
 
-  // Called at most once, on the thread of measure(), when the batch is accepted. `view`: path of its page.
-  using Begun = std::function<void(const std::string& view)>;
+    // Called at most once, when the batch is accepted and has a page. `view`: path of that page.
+    virtual void begun(const std::string& view) = 0;
+    // Called at most once for each pair: how it ended. `place`: index in `pairs`.
+    virtual void ended(std::size_t place, End end) = 0;
+  };
 
   // Preconditions: `pairs` is not empty and every pair is sent; no other batch of any run has `key`. `control` is
   // cancelled with those of all pairs.
-  Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Ended ended, Begun begun)
+  Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Listener& listener)
       : client_(client),
         pairs_(std::move(pairs)),
         key_(std::move(key)),
         control_(control),
-        ended_(std::move(ended)),
-        begun_(std::move(begun)),
+        listener_(listener),
         reported_(pairs_.size(), false) {}
 
   // Call once.
@@ -89,7 +99,7 @@ class Batch {
   std::chrono::milliseconds longest() const;
   Result<Done> read(const std::string& id);
   HttpRequest results_request(const std::string& id, BatchResults& results) const;
-  void take(BatchLine line);
+  void take(BatchLine line) override;
   Outcome abandon();
   Outcome cancel(const std::string& id);
   void end_there(const std::string& id, const Interrupted& over);
@@ -98,8 +108,7 @@ class Batch {
   const std::vector<const Pair*> pairs_;
   const std::string key_;
   Control& control_;
-  const Ended ended_;
-  const Begun begun_;
+  Listener& listener_;
   std::string document_;  // the request
   std::vector<bool> reported_;
   std::size_t known_ = 0;   // ended pairs at the last poll

@@ -1,4 +1,4 @@
-#include "check/reports/code_quality.h"
+#include "check/reports/reports.h"
 
 #include "check/reports/finding.h"
 #include "check/reports/wording.h"

@@ -1,4 +1,4 @@
-#include "check/reports/markdown.h"
+#include "check/reports/reports.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,4 +1,4 @@
-#include "check/reports/sarif.h"
+#include "check/reports/reports.h"
 
 #include <algorithm>
 #include <cmath>

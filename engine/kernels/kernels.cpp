@@ -2,9 +2,6 @@
 
 #include <vector>
 
-#include "engine/kernels/scalar.h"
-#include "engine/kernels/simd.h"
-
 namespace meshgauge {
 
 std::span<const Kernels> supported_kernels() {

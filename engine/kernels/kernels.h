@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "engine/control.h"
 #include "engine/kernels/layout.h"
@@ -89,6 +90,9 @@ struct Kernels {
 
 // The kernels that this processor can run, the fastest first, `scalar` last. Constant; thread safe.
 std::span<const Kernels> supported_kernels();
+
+Kernels scalar_kernels();             // the reference, in plain C++
+std::vector<Kernels> simd_kernels();  // those of this processor, the fastest first; empty: Highway does not support it
 
 // Returns the kernels with this name, or the fastest for "auto". nullptr: unknown or not supported by this processor.
 const Kernels* find_kernels(std::string_view name);

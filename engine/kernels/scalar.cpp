@@ -1,4 +1,4 @@
-#include "engine/kernels/scalar.h"
+#include "engine/kernels/kernels.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/kernels/simd.h"
+#include "engine/kernels/kernels.h"
 
 // SSSE3 and the finest AVX-512 gain nothing over their neighbours; vectors of unknown length fit no array.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)

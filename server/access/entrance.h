@@ -7,8 +7,8 @@
 
 #include "server/access/access.h"
 #include "server/access/origins.h"
-#include "server/http/edge.h"
 #include "server/http/exchange.h"
+#include "server/http/request_handler.h"
 #include "server/observe/metrics.h"
 
 namespace meshgauge::server {
@@ -21,9 +21,9 @@ class Entrance {
   // Answers a preflight or a denied request; else sets exchange.owner and returns what `route` says. Adds CORS headers
   // to the response of either. Does not block.
   template <class Route>
-  Edge::Entry operator()(Exchange& exchange, const Route& route) const {
-    if (cors_.answer_preflight(exchange)) return Edge::Entry::answered;
-    const auto entry = admit(exchange) ? route(exchange) : Edge::Entry::answered;
+  RequestHandler::Entry operator()(Exchange& exchange, const Route& route) const {
+    if (cors_.answer_preflight(exchange)) return RequestHandler::Entry::answered;
+    const auto entry = admit(exchange) ? route(exchange) : RequestHandler::Entry::answered;
     cors_.add_headers(exchange);
     return entry;
   }

@@ -42,9 +42,12 @@ Json head_of(const store::BatchRow& row) {
   return head;
 }
 
-// Nullopt: the job has no result.
-std::optional<api::ResultFacts> facts_of(const store::Job& job) {
-  const auto facts = api::result_facts(Json::parse(job.document, nullptr, false), api::Side::a);
+// Returns the job's result; not an object: it has none.
+Json result_of(const store::Job& job) { return Json::parse(job.document, nullptr, false); }
+
+// nullopt: the job has no result.
+std::optional<api::ResultFacts> facts_of(const Json& result) {
+  const auto facts = api::result_facts(result, api::Side::a);
   return facts ? std::optional(*facts) : std::nullopt;
 }
 
@@ -55,22 +58,25 @@ std::optional<double> limit_of(const store::Job& job) {
   return gate["max_distance"].get<double>();
 }
 
-// The unit of all lengths of the result, such as "mm"; without a result that of the limit. Empty: not known.
-std::string unit_of(const store::Job& job) {
-  std::optional<api::LengthUnit> unit;
-  if (const auto facts = facts_of(job)) {
-    unit = facts->units.result.unit;
-  } else if (const Json gate = gate_of(job); gate.contains("units") && gate["units"].is_string()) {
-    unit = api::parse_unit(gate["units"].get_ref<const std::string&>());
-  }
+// The unit of all lengths of the result, such as "mm". Empty: not known.
+std::string unit_of(const api::ResultFacts& facts) {
+  const auto& unit = facts.units.result.unit;
+  return unit ? std::string(api::to_string(*unit)) : std::string();
+}
+
+// The unit of the limit. Empty: not known, or there is no gate.
+std::string unit_of(const Json& gate) {
+  if (!gate.contains("units") || !gate["units"].is_string()) return "";
+  const auto unit = api::parse_unit(gate["units"].get_ref<const std::string&>());
   return unit ? std::string(api::to_string(*unit)) : std::string();
 }
 
 Json failure_of(const store::BatchRow& row) {
   Json failure = head_of(row);
-  const auto facts = row.job ? facts_of(*row.job) : std::nullopt;
-  failure["gate"] = row.job ? gate_of(*row.job) : Json(nullptr);
-  failure["unit"] = row.job ? text_or_null(unit_of(*row.job)) : Json(nullptr);
+  const auto facts = row.job ? facts_of(result_of(*row.job)) : std::nullopt;
+  const Json gate = row.job ? gate_of(*row.job) : Json(nullptr);
+  failure["gate"] = gate;
+  failure["unit"] = text_or_null(facts ? unit_of(*facts) : unit_of(gate));
   failure["distance"] = facts ? Json{{"lower", facts->lower}, {"upper", facts->upper}} : Json(nullptr);
   failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
   return failure;
@@ -81,10 +87,9 @@ double seconds_between(store::TimePoint from, store::TimePoint to) {
 }
 
 // The time of the measurement. The store's times also include the time that a claimed job waits for a thread.
-double seconds_of_work(const store::Job& job) {
-  const auto document = nlohmann::json::parse(job.document, nullptr, false);
-  const auto times = document.is_object() ? document.find("timings_ms") : document.end();
-  if (times == document.end() || !times->is_object()) {
+double seconds_of_work(const store::Job& job, const Json& result) {
+  const auto times = result.is_object() ? result.find("timings_ms") : result.end();
+  if (times == result.end() || !times->is_object()) {
     return job.started && job.finished ? seconds_between(*job.started, *job.finished) : 0;
   }
   return (times->value("total", 0.0) - times->value("queue", 0.0)) / 1000;
@@ -99,10 +104,10 @@ std::string detail_of(const store::Job& job) {
 
 // "fail: the distance in bore is at least 0.03 mm, above the limit of 0.02 mm; pass: ...", the foremost first. Empty:
 // the result has no criteria, or was made by an earlier version.
-std::string found_of_criteria(const Json& document) {
+std::string found_of_criteria(const Json& result) {
   std::vector<api::Criterion> criteria;
   std::vector<std::string> findings;
-  for (const Json& json : document.value("criteria", Json::array())) {
+  for (const Json& json : result.value("criteria", Json::array())) {
     auto criterion = api::read_criterion(json);
     if (!criterion) continue;
     findings.push_back(std::string(to_string(criterion->verdict)) + ": " + json.value("finding", std::string()));
@@ -118,31 +123,32 @@ std::string found_of_criteria(const Json& document) {
 }
 
 // "; a was moved before, no point farther than 5.2 mm"; empty: it was not.
-std::string found_of_alignment(const Json& document, const std::string& units) {
-  const auto found = document.find("alignment");
-  if (found == document.end()) return "";
+std::string found_of_alignment(const Json& result, const std::string& units) {
+  const auto found = result.find("alignment");
+  if (found == result.end()) return "";
   return "; a was moved before, no point farther than " + shortest((*found)["largest_displacement"]) + units;
 }
 
-std::string found(const store::Job& job) {
-  const auto facts = facts_of(job);
+std::string found(const store::Job& job, const Json& result) {
+  const auto facts = facts_of(result);
   if (!facts) return detail_of(job);
-  const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
-  const auto document = Json::parse(job.document, nullptr, false);
-  std::string text = found_of_criteria(document);
+  const std::string unit = unit_of(*facts);
+  const std::string units = unit.empty() ? "" : " " + unit;
+  std::string text = found_of_criteria(result);
   if (text.empty()) {
     text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
     if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
   }
-  return text + found_of_alignment(document, units);
+  return text + found_of_alignment(result, units);
 }
 
-std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {
-  if (!row.job) return api::JUnitDefect{"error", "gone", "the result was removed after its time or by its owner", ""};
-  const store::Job& job = *row.job;
-  if (job.state != store::JobState::done) return api::JUnitDefect{"error", to_string(job.state), found(job), ""};
+// nullopt: the job has passed, or has no gate.
+std::optional<api::JUnitDefect> defect_of(const store::Job& job, const Json& result) {
+  if (job.state != store::JobState::done) {
+    return api::JUnitDefect{"error", to_string(job.state), found(job, result), ""};
+  }
   if (job.verdict.empty() || job.verdict == "pass") return std::nullopt;
-  return api::JUnitDefect{"failure", job.verdict, found(job), ""};
+  return api::JUnitDefect{"failure", job.verdict, found(job, result), ""};
 }
 
 }  // namespace
@@ -188,7 +194,14 @@ std::string junit_head(const store::Batch& batch) {
 
 std::string junit_case(const store::Batch& batch, const store::BatchRow& row) {
   api::JUnitCase test{row.name.empty() ? "comparison " + std::to_string(row.position) : row.name,
-                      api::junit_class(name_of(batch)), row.job ? seconds_of_work(*row.job) : 0, defect_of(row)};
+                      api::junit_class(name_of(batch)), 0, std::nullopt};
+  if (row.job) {
+    const Json result = result_of(*row.job);
+    test.seconds = seconds_of_work(*row.job, result);
+    test.defect = defect_of(*row.job, result);
+  } else {
+    test.defect = api::JUnitDefect{"error", "gone", "the result was removed after its time or by its owner", ""};
+  }
   if (test.defect) {
     test.defect->text = test.defect->message;
     if (row.job) test.defect->text += "\ncomparison: /v1/comparisons/" + row.job->key.id;

@@ -179,15 +179,15 @@ store::NewBatch compose(const BatchHead& head, const api::BatchRequest& request,
 
 }  // namespace
 
-Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads,
-                 ConnectionLimit& watchers, std::function<bool()> stopping)
+Batches::Batches(const Settings& settings, const Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads,
+                 ConnectionLimit& watchers)
     : settings_(settings),
+      jobs_(jobs),
       stores_(stores),
       batches_(*stores.batches),
       access_(access),
       uploads_(uploads),
       watchers_(watchers),
-      stopping_(std::move(stopping)),
       kept_(settings.result_ttl_s) {}
 
 void Batches::create(Exchange& exchange, bool draining) {
@@ -354,7 +354,7 @@ void Batches::events(Exchange& exchange) {
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key = key_of(exchange), place, last_sent = std::string(),
                               next = Clock::time_point()](std::string& piece) mutable -> Due {
-    if (stopping_()) return std::nullopt;
+    if (jobs_.stopping()) return std::nullopt;
     const auto now = Clock::now();
     if (now < next) return next;
     next = now + kEventGap;

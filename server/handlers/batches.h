@@ -29,11 +29,10 @@ class Batches {
   static constexpr std::uint64_t kMostUnended = 10;
   static constexpr std::uint64_t kMostBatches = 200;
 
-  // Borrows all but the first and last. Precondition: stores.batches is not null. `watchers`: limits clients that
-  // occupy a connection for long. `stopping` returns true when this process ends; event streams then end too, and
-  // clients reconnect elsewhere.
-  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& watchers,
-          std::function<bool()> stopping);
+  // Borrows all but the first. Precondition: stores.batches is not null. `jobs`: when they stop, event streams end, and
+  // clients reconnect elsewhere. `watchers`: limits clients that occupy a connection for long.
+  Batches(const Settings& settings, const Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads,
+          ConnectionLimit& watchers);
 
   // Each may throw: out of memory. `draining`: refuse new batches.
   void create(Exchange& exchange, bool draining);
@@ -59,12 +58,12 @@ class Batches {
                    std::string tail);
 
   const Settings settings_;
+  const Jobs& jobs_;
   const Stores stores_;
   store::BatchStore& batches_;
   Access& access_;
   ByteBudget& uploads_;
   ConnectionLimit& watchers_;
-  const std::function<bool()> stopping_;
   const std::chrono::seconds kept_;
 };
 

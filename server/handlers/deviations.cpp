@@ -91,14 +91,13 @@ class Deviations::Watching {
 };
 
 Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics,
-                       Fetch fetch)
+                       MeshLoader& loader)
     : settings_(settings),
       jobs_(jobs),
       stores_(stores),
       access_(access),
       metrics_(metrics),
-      fetch_(std::move(fetch)),
-      tools_{settings, fetch_, *stores.maps, jobs.threads(), jobs.memory()},
+      tools_{settings, loader, *stores.maps, jobs.threads(), jobs.memory()},
       sending_(ConnectionLimit::shared(max_files_sent(settings))) {}
 
 // Waits for idle_, not for a use_count of 1: reading use_count() does not synchronize with the tasks' writes.

@@ -25,8 +25,8 @@ namespace meshgauge::server {
 
 class Deviations {
  public:
-  // Borrows all but the first and `fetch`. Precondition: stores.maps is not null.
-  Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics, Fetch fetch);
+  // Borrows all but the first. Precondition: stores.maps is not null.
+  Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics, MeshLoader& loader);
 
   ~Deviations();  // waits for running tasks. Precondition: no call of get() is running
   Deviations(const Deviations&) = delete;
@@ -65,7 +65,6 @@ class Deviations {
   const Stores stores_;
   Access& access_;
   Metrics& metrics_;
-  const Fetch fetch_;
   const MapTools tools_;
   ConnectionLimit sending_;  // maps being sent
   std::atomic<bool> idle_{false};

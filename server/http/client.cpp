@@ -167,15 +167,15 @@ void Client::serve(Head head, const std::optional<Problem>& refusal) {
   const bool has_body = head.chunked || head.content_length.value_or(0) > 0;
   if (!refusal && !has_body) connection_.release_place();
   serving_ =
-      std::make_unique<Serving>(edge_, connection_, std::move(head), refusal,
+      std::make_unique<Serving>(edge_, loop(), connection_, std::move(head), refusal,
                                 [inbox = loop().inbox(), id = id()] { inbox->post(id, EventLoop::Message::woken); });
   begin(Phase::serving, Clock::time_point::max());
-  const auto entry = refusal ? Edge::Entry::answered : serving_->enter();
-  if (entry == Edge::Entry::answered) {
+  const auto entry = refusal ? RequestHandler::Entry::answered : serving_->enter();
+  if (entry == RequestHandler::Entry::answered) {
     if (may_retry(serving_->exchange().response.status)) count_refusal();
     return apply(serving_->advance());
   }
-  IoPool& pool = entry == Edge::Entry::status ? edge_.status : edge_.requests;
+  IoPool& pool = entry == RequestHandler::Entry::status ? edge_.status : edge_.requests;
   const bool taken = pool.offer([this] {
     serving_->handle();
     advance();

@@ -53,13 +53,10 @@ bool stands_for_loopback(const std::string& host) {
   return false;
 }
 
-HttpGuard::HttpGuard(const Settings& settings, Handlers handlers, const Tls* tls)
+HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls)
     : edge_{settings,
             tls,
-            std::move(handlers.enter),
-            std::move(handlers.handle),
-            std::move(handlers.log),
-            [this] { return loop_.stopping(); },
+            handler,
             ConnectionLimit(settings.max_arriving_per_peer),
             {settings.io_threads, settings.max_pending_connections},
             {kStatusThreads, settings.max_pending_connections}},

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -11,6 +10,7 @@
 #include "server/http/event_loop.h"
 #include "server/http/exchange.h"
 #include "server/http/http_library.h"
+#include "server/http/request_handler.h"
 #include "server/http/tls.h"
 #include "server/settings/settings.h"
 
@@ -22,15 +22,8 @@ bool stands_for_loopback(const std::string& host);
 
 class HttpGuard final : private httplib::Server {
  public:
-  struct Handlers {
-    // As Edge::enter, for every request with a valid head. If it throws, the response is 500; so with `handle`.
-    std::function<Edge::Entry(Exchange&)> enter;
-    std::function<void(Exchange&)> handle;     // on a thread of a pool
-    std::function<void(const Exchange&)> log;  // after every response
-  };
-
-  // `tls`: serve TLS only; it must outlive the guard. Null: plain HTTP.
-  HttpGuard(const Settings& settings, Handlers handlers, const Tls* tls);
+  // Borrows the last two. `tls`: serve TLS only; null: plain HTTP.
+  HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls);
 
   std::optional<int> bind();                                  // the port; nullopt: failed, see errno
   bool bound_to_loopback() const;                             // after bind(): only this machine can connect

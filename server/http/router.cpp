@@ -33,7 +33,7 @@ Router::Route& Router::add(std::string method, std::string path, Action action) 
   return routes_.emplace_back(Route{std::move(method), std::move(path), std::move(action)});
 }
 
-Edge::Entry Router::operator()(Exchange& exchange) const {
+RequestHandler::Entry Router::operator()(Exchange& exchange) const {
   const std::string wanted = exchange.head.method == "HEAD" ? "GET" : exchange.head.method;
   std::string allowed;
   for (const Route& route : routes_) {
@@ -46,9 +46,9 @@ Edge::Entry Router::operator()(Exchange& exchange) const {
       continue;
     }
     if (route.refuse) route.refuse(exchange);
-    if (!exchange.problem.empty()) return Edge::Entry::answered;
+    if (!exchange.problem.empty()) return RequestHandler::Entry::answered;
     exchange.action = &route.action;
-    return route.status ? Edge::Entry::status : Edge::Entry::handled;
+    return route.status ? RequestHandler::Entry::status : RequestHandler::Entry::handled;
   }
   if (allowed.empty()) {
     answer(exchange, Problem{ProblemKind::not_found, not_found_, {}});
@@ -57,7 +57,7 @@ Edge::Entry Router::operator()(Exchange& exchange) const {
     answer(exchange,
            Problem{ProblemKind::method_not_allowed, "this path does not support the method; it takes " + allowed, {}});
   }
-  return Edge::Entry::answered;
+  return RequestHandler::Entry::answered;
 }
 
 }  // namespace meshgauge::server

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/http/edge.h"
 #include "server/http/exchange.h"
+#include "server/http/request_handler.h"
 
 namespace meshgauge::server {
 
@@ -33,7 +33,7 @@ class Router {
 
   // Sets exchange.route, segment and action, and runs `refuse` of the route; answers 404 if no template matches the
   // path, 405 with Allow if only the method differs. HEAD has the route of GET. Returns what handles the request.
-  Edge::Entry operator()(Exchange& exchange) const;
+  RequestHandler::Entry operator()(Exchange& exchange) const;
 
  private:
   const std::string not_found_;

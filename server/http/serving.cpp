@@ -132,9 +132,10 @@ Transport::Step Outgoing::write(Transport& transport) {
   return step;
 }
 
-Serving::Serving(Edge& edge, Connection& connection, Head head, const std::optional<Problem>& refusal,
-                 std::function<void()> wake)
+Serving::Serving(Edge& edge, const EventLoop& loop, Connection& connection, Head head,
+                 const std::optional<Problem>& refusal, std::function<void()> wake)
     : edge_(edge),
+      loop_(loop),
       connection_(connection),
       head_(std::move(head)),
       body_(connection, head_, edge.settings.max_request_bytes),
@@ -151,18 +152,18 @@ bool Serving::is_quick() const {
   return !outgoing_.has_file() && (!calls || response.quick);
 }
 
-Edge::Entry Serving::enter() {
+RequestHandler::Entry Serving::enter() {
   try {
-    return edge_.enter(exchange_);
+    return edge_.handler.enter(exchange_);
   } catch (const std::exception& error) {
     fail(error);
-    return Edge::Entry::answered;
+    return RequestHandler::Entry::answered;
   }
 }
 
 void Serving::handle() {
   try {
-    edge_.handle(exchange_);
+    edge_.handler.handle(exchange_);
   } catch (const std::exception& error) {
     fail(error);
   }
@@ -249,7 +250,7 @@ void Serving::compose() {
   add_security_headers(response);
   // The unread rest of a body would be parsed as the next request.
   const bool keeps = body_.consumed() || (may_retry(response.status) && body_.left() <= kMostDiscarded);
-  if (!keeps || edge_.stopping() || response.stream) close_ = true;
+  if (!keeps || loop_.stopping() || response.stream) close_ = true;
   deadline_ = after(kWriteTime);
   composed_ = true;
   const std::string_view length = response.length_known ? "Content-Length" : "";
@@ -300,7 +301,7 @@ Serving::State Serving::end(bool delivered) {
   exchange_.response.stream = nullptr;
   exchange_.response.file.reset();
   outgoing_ = {};
-  edge_.log(exchange_);
+  edge_.handler.log(exchange_);
   return delivered && !close_ ? End::keep : End::close;
 }
 

@@ -14,7 +14,9 @@
 #include "api/base/problem.h"
 #include "server/http/connection.h"
 #include "server/http/edge.h"
+#include "server/http/event_loop.h"
 #include "server/http/exchange.h"
+#include "server/http/request_handler.h"
 #include "server/http/transport.h"
 
 namespace meshgauge::server {
@@ -58,12 +60,12 @@ class Serving {
   // What to wait for: the socket, until deadline(); or a time, a wake-up or the client's going; or nothing any more.
   using State = std::variant<Step, Clock::time_point, End>;
 
-  // Borrows the first two. `refusal`: of the head; it is the response then. `wake`: for Exchange::wake.
-  Serving(Edge& edge, Connection& connection, Head head, const std::optional<api::Problem>& refusal,
-          std::function<void()> wake);
+  // Borrows the first three. `refusal`: of the head; it is the response then. `wake`: for Exchange::wake.
+  Serving(Edge& edge, const EventLoop& loop, Connection& connection, Head head,
+          const std::optional<api::Problem>& refusal, std::function<void()> wake);
 
-  Edge::Entry enter();  // calls Edge::enter
-  void handle();        // calls Edge::handle
+  RequestHandler::Entry enter();  // calls RequestHandler::enter
+  void handle();                  // calls RequestHandler::handle
 
   // Receives what has arrived of the body, makes the response and writes as much of it as the socket takes.
   State advance();
@@ -84,6 +86,7 @@ class Serving {
   void fail(const std::exception& error);
 
   Edge& edge_;
+  const EventLoop& loop_;
   Connection& connection_;
   const Head head_;
   Body body_;

@@ -86,7 +86,7 @@ Denial removed_just_now() {
 
 }  // namespace
 
-Jobs::Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access, Metrics& metrics)
+Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& access, Metrics& metrics)
     : settings_(settings),
       stores_(stores),
       access_(access),
@@ -94,12 +94,10 @@ Jobs::Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access,
       store_errors_(metrics),
       threads_(settings.workers),
       memory_(memory_for_meshes(settings)),
-      measuring_(settings, std::move(fetch), metrics, threads_, memory_, stores.jobs),
+      measuring_(settings, loader, metrics, threads_, memory_, stores.jobs),
       scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}),
       upkeep_(settings, stores, store_errors_),
-      watcher_(
-          stores.jobs, store_errors_, metrics,
-          {seconds(settings.result_ttl_s), [this](const LiveJob& job, const store::Job& row) { ended(job, row); }}) {
+      watcher_(stores.jobs, store_errors_, metrics, seconds(settings.result_ttl_s), *this) {
   if (stores.shared) {
     queue_.emplace(stores.jobs, store_errors_);
   } else {

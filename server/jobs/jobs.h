@@ -49,15 +49,15 @@ struct Submission {
   std::optional<JobSlot> counted;  // its place among its owner's jobs
 };
 
-class Jobs {
+class Jobs final : private Watcher::Listener {
  public:
   using Kind = Scheduler::Kind;
   // The job to wait for; or the job that its idempotency key names, if that has ended; or a refusal.
   using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, Denial>;
 
-  // Borrows all but the first two. Listens to the stores' signals during its lifetime.
-  Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access, Metrics& metrics);
-  ~Jobs();  // as stop()
+  // Borrows all but the first. Listens to the stores' signals during its lifetime.
+  Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& access, Metrics& metrics);
+  ~Jobs() override;  // as stop()
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
@@ -132,7 +132,7 @@ class Jobs {
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Result<bool> cancel(const store::Job& row);
   Result<Deleted> forget(const store::JobKey& key);
-  void ended(const LiveJob& job, const store::Job& row);
+  void ended(const LiveJob& job, const store::Job& row) override;
   void maintain();
 
   const Settings settings_;

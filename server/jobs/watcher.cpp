@@ -19,8 +19,8 @@ constexpr std::size_t kMostAtOnce = 500;   // rows of one read
 
 }  // namespace
 
-Watcher::Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, Options options)
-    : jobs_(jobs), store_errors_(store_errors), metrics_(metrics), options_(std::move(options)) {
+Watcher::Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, seconds keep, Listener& listener)
+    : jobs_(jobs), store_errors_(store_errors), metrics_(metrics), keep_(keep), listener_(listener) {
   thread_ = std::thread([this] { watch_on(); });
 }
 
@@ -81,7 +81,7 @@ void Watcher::adopt(const store::Job& row, Scheduler::Slot slot, JobSlot counted
 std::shared_ptr<LiveJob> Watcher::watch_under_lock(const store::Job& row) {
   Watched& watched = watched_[row.key.id];
   if (auto job = watched.job.lock(); job && job->key == row.key) return job;
-  auto job = std::make_shared<LiveJob>(row, api::Request{}, MeshSource{}, MeshSource{}, !row.deadline);
+  auto job = std::make_shared<LiveJob>(row, std::nullopt, MeshSource{}, MeshSource{}, !row.deadline);
   job->seen(row);
   watched = {job, nullptr, true};
   changed_.insert(row.key.id);  // the row may have changed since it was read
@@ -228,7 +228,7 @@ void Watcher::tell(const std::shared_ptr<LiveJob>& job, const store::Job* row) {
   if (!ended) return release(job);
   JobView last = row ? as_told(*row) : job->view();
   if (!row) last.row.state = JobState::cancelled;
-  if (options_.ended) options_.ended(*job, last.row);
+  listener_.ended(*job, last.row);
   job->give_places_back();  // before clients see the end: they may send the next request at once
   job->ended(std::move(last));
 }
@@ -249,7 +249,7 @@ void Watcher::cancel_left() {
 // false: the store did not take the request.
 bool Watcher::cancelled(LiveJob& job) {
   const auto now = jobs_.time();
-  const auto state = jobs_.request_cancel(job.key, {now, now + options_.keep});
+  const auto state = jobs_.request_cancel(job.key, {now, now + keep_});
   store_errors_.note(state);
   if (!state) return false;
   if (*state == JobState::cancelled) metrics_.job_cancelled_early(job.request.options.strategy);

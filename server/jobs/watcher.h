@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -27,14 +26,18 @@ namespace meshgauge::server {
 
 class Watcher {
  public:
-  struct Options {
-    std::chrono::seconds keep{86'400};  // for how long a job that is cancelled here is kept
-    // Called with each end, before any client sees it. Must not block.
-    std::function<void(const LiveJob&, const store::Job& row)> ended = nullptr;
+  // Receives the ends of jobs.
+  class Listener {
+   public:
+    virtual ~Listener() = default;
+    // Called once for each job that is followed to its end, before any client sees the end; on the watcher's thread, or
+    // by stop(). Must not block. `row`: of the ended job.
+    virtual void ended(const LiveJob& job, const store::Job& row) = 0;
   };
 
-  // Borrows all but the options.
-  Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, Options options);
+  // `keep`: for how long a job that is cancelled here is kept. Borrows all others.
+  Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, std::chrono::seconds keep,
+          Listener& listener);
   ~Watcher();
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
@@ -86,7 +89,8 @@ class Watcher {
   store::JobStore& jobs_;
   StoreErrors& store_errors_;
   Metrics& metrics_;
-  const Options options_;
+  const std::chrono::seconds keep_;
+  Listener& listener_;
   mutable std::mutex mutex_;                    // guards the members below
   std::map<std::string, Watched> watched_;      // by id
   std::set<std::string> changed_;               // ids whose rows are to be read

@@ -1,7 +1,7 @@
 #include "server/main/service.h"
 
 #include "server/main/wiring.h"
-#include "server/maps/spare_room.h"
+#include "server/measure/map_cache.h"
 #include "server/observe/log.h"
 #include "server/sandbox/pool.h"
 #include "server/web/embedded.h"
@@ -26,30 +26,25 @@ MapCache::Settings map_settings(const Settings& settings, const std::string& dat
 
 }  // namespace
 
-Service::Service(const Settings& settings, const Fetch& fetch, Stores stores)
+Service::Service(const Settings& settings, MeshLoader& loader, Stores stores)
     : settings_(settings),
       stores_(stores),
       access_(settings.keys_file),
       entrance_(access_, metrics_, Cors::parse(settings.cors_origins).value(), origin_check_of(settings)),
       tls_(tls_of(settings)),
       uploads_(settings.max_upload_bytes),
-      jobs_(settings, fetch, stores, access_, metrics_),
+      jobs_(settings, loader, stores, access_, metrics_),
       comparisons_(settings, jobs_, stores, access_, uploads_),
       meshes_(settings, stores, access_, uploads_),
-      guard_(settings,
-             {[this](Exchange& exchange) { return entrance_(exchange, router_); },
-              [](Exchange& exchange) { (*exchange.action)(exchange); },
-              [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); }},
-             tls_ ? &*tls_ : nullptr) {
-  if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, fetch);
+      requests_(entrance_, router_, settings_, metrics_),
+      guard_(settings, requests_, tls_ ? &*tls_ : nullptr) {
+  if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, loader);
   readiness_.add_store_checks(stores_);
   readiness_.add_check("disk", [this] {
     const auto ok = check_temp_dir(settings_.temp_dir);
     return ok ? std::string() : ok.error().message;
   });
-  if (stores.batches) {
-    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { return jobs_.stopping(); });
-  }
+  if (stores.batches) batches_.emplace(settings, jobs_, stores, access_, uploads_, comparisons_.watchers());
   if (settings.status_port > 0) {
     Settings second = settings;
     second.port = settings.status_port;
@@ -208,7 +203,8 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   MeshCache cache(settings.max_cache_bytes);
   MapCache maps(map_settings(settings, (*stores)->data_folder()));
   if (auto opened = maps.open(); !opened) return opened.error();
-  Service service(settings, fetching_by(pool, cache, read_limits(settings)), stores_of(**stores, cache, &maps));
+  CachingMeshLoader loader(pool, cache, read_limits(settings));
+  Service service(settings, loader, stores_of(**stores, cache, &maps));
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   service.readiness().add_check("sandbox", [&pool] { return defect_of(pool); });
   const auto port = service.start();

@@ -24,6 +24,7 @@
 #include "server/http/router.h"
 #include "server/http/tls.h"
 #include "server/jobs/jobs.h"
+#include "server/main/routed_requests.h"
 #include "server/main/status_port.h"
 #include "server/observe/metrics.h"
 #include "server/settings/settings.h"
@@ -32,9 +33,9 @@ namespace meshgauge::server {
 
 class Service {
  public:
-  // Precondition: settings come from checked(). Borrows the stores. `fetch`: loads meshes. Without stores.maps there
-  // are no routes for deviation maps, without stores.batches none for batches.
-  Service(const Settings& settings, const Fetch& fetch, Stores stores);
+  // Precondition: settings come from checked(). Borrows the loader and the stores. Without stores.maps there are
+  // no routes for deviation maps, without stores.batches none for batches.
+  Service(const Settings& settings, MeshLoader& loader, Stores stores);
   ~Service();  // as shutdown() without a grace period
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
@@ -78,6 +79,7 @@ class Service {
   Meshes meshes_;
   std::optional<Listings> listings_;
   Router router_;
+  RoutedRequests requests_;
   HttpGuard guard_;
   Readiness readiness_;
   std::optional<StatusPort> status_;

@@ -21,15 +21,10 @@ Settings with_few_threads(Settings settings) {
 StatusPort::StatusPort(const Settings& settings, Metrics& metrics, const Entrance& entrance, const Tls* tls,
                        Router::Action ready)
     : settings_(with_few_threads(settings)),
-      metrics_(metrics),
-      entrance_(entrance),
       router_(kNothing),
-      guard_(settings_,
-             {[this](Exchange& exchange) { return entrance_(exchange, router_); },
-              [](Exchange& exchange) { (*exchange.action)(exchange); },
-              [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); }},
-             tls) {
-  add_status_routes(router_, metrics_, std::move(ready));
+      requests_(entrance, router_, settings_, metrics),
+      guard_(settings_, requests_, tls) {
+  add_status_routes(router_, metrics, std::move(ready));
 }
 
 StatusPort::~StatusPort() {

@@ -9,6 +9,7 @@
 #include "server/http/http_guard.h"
 #include "server/http/router.h"
 #include "server/http/tls.h"
+#include "server/main/routed_requests.h"
 #include "server/observe/metrics.h"
 #include "server/settings/settings.h"
 
@@ -31,9 +32,8 @@ class StatusPort {
 
  private:
   const Settings settings_;
-  Metrics& metrics_;
-  const Entrance& entrance_;
   Router router_;
+  RoutedRequests requests_;
   HttpGuard guard_;
   std::atomic<bool> ended_{true};
   std::thread listener_;

@@ -99,22 +99,19 @@ std::string defect_of(sandbox::Pool& pool) {
   return pool.defect(limit);
 }
 
-Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits) {
-  return [&pool, &cache, limits](const MeshSource& source, MemoryReservation& memory,
-                                 Control& job) -> Result<api::SharedMesh> {
-    const auto load = [&](Prepared::Use use, Control& control) {
-      return api::prepare(pool.load(source.input, limits, control, &memory), source.input, use, control);
-    };
-    if (!source.kept) return load(Prepared::Use::once, job);
-    const std::uint64_t before = memory.taken_meshes();
-    auto mesh = cache.get(
-        *source.kept, [&](Control& control) { return load(Prepared::Use::often, control); }, job);
-    if (!mesh || memory.taken_meshes() > before) return mesh;
-    // One that was cached: it may leave the cache while it is in use.
-    const MeshView arrays = (*mesh)->mesh.mesh();
-    if (const auto ok = memory.take_mesh(arrays.positions.size(), arrays.triangles.size()); !ok) return ok.error();
-    return mesh;
+Result<api::SharedMesh> CachingMeshLoader::load(const MeshSource& source, MemoryReservation& memory, Control& job) {
+  const auto read = [&](Prepared::Use use, Control& control) {
+    return api::prepare(pool_.load(source.input, limits_, control, &memory), source.input, use, control);
   };
+  if (!source.kept) return read(Prepared::Use::once, job);
+  const std::uint64_t before = memory.taken_meshes();
+  auto mesh = cache_.get(
+      *source.kept, [&](Control& control) { return read(Prepared::Use::often, control); }, job);
+  if (!mesh || memory.taken_meshes() > before) return mesh;
+  // One that was cached: it may leave the cache while it is in use.
+  const MeshView arrays = (*mesh)->mesh.mesh();
+  if (const auto ok = memory.take_mesh(arrays.positions.size(), arrays.triangles.size()); !ok) return ok.error();
+  return mesh;
 }
 
 Result<Done> check_temp_dir(const std::string& directory) {
@@ -173,15 +170,6 @@ void reload_secrets(Access& access, std::optional<Tls>& tls) {
     log_event("reload", end ? "certificate valid until " + *end : end.error().message + "; the old certificate stays");
   }
   if (!access.has_keys() && !tls) log_event("reload", "nothing to reload: neither keys nor a certificate are set");
-}
-
-void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics) {
-  const double seconds = std::chrono::duration<double>(Clock::now() - exchange.started).count();
-  metrics.request_ended({exchange.route, exchange.head.method, exchange.response.status, exchange.problem, seconds,
-                         exchange.body.bytes(), exchange.bytes_out});
-  const bool wanted =
-      settings.log_requests == "all" || (settings.log_requests == "problems" && !exchange.problem.empty());
-  if (wanted) log_request(exchange, seconds);
 }
 
 void watch_memory(Metrics& metrics, const MemoryBudget& memory) {

@@ -41,8 +41,19 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
 // Returns the reason why the pool cannot read files now; empty: it can. Waits for a reader for a second at most.
 std::string defect_of(sandbox::Pool& pool);
 
-// Returns a function that loads a mesh: from the cache if it is a stored mesh, else by the pool. Borrows both.
-Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits);
+// Loads a mesh from the cache if it is a stored mesh, else by the pool. Borrows both.
+class CachingMeshLoader final : public MeshLoader {
+ public:
+  CachingMeshLoader(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits)
+      : pool_(pool), cache_(cache), limits_(limits) {}
+
+  Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation& memory, Control& job) override;
+
+ private:
+  sandbox::Pool& pool_;
+  MeshCache& cache_;
+  const api::ReadLimits limits_;
+};
 
 // Returns an Error if no file can be created in the directory.
 Result<Done> check_temp_dir(const std::string& directory);
@@ -64,9 +75,6 @@ std::optional<Tls> tls_of(const Settings& settings);  // nullopt: the port speak
 Result<Done> load_secrets(Access& access, std::optional<Tls>& tls);
 // Reads them again and logs the result. A file that cannot be used leaves the old keys or certificate in force.
 void reload_secrets(Access& access, std::optional<Tls>& tls);
-
-// Counts a request and, depending on log_requests, logs it. Call after the last byte of its response.
-void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics);
 
 void watch_memory(Metrics& metrics, const MemoryBudget& memory);
 void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows the cache

@@ -41,10 +41,7 @@ WorkerOptions options_of(const Settings& settings) {
   options.lease = milliseconds(settings.lease_ms);
   options.heartbeat = milliseconds(settings.heartbeat_ms);
   options.openers = kOpeners;
-  options.ended = [how = settings.log_requests](const JobView& job) {
-    const bool failed = job.row.state == store::JobState::failed;
-    if (how == "all" || (how == "problems" && failed)) log_job(job.row, job.triangles, job.stages);
-  };
+  options.log_jobs = true;
   return options;
 }
 
@@ -114,8 +111,8 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   StoreErrors store_errors(metrics);
   ThreadBudget threads(settings.workers);
   MemoryBudget memory(memory_for_meshes(settings));
-  const Measuring measuring(settings, fetching_by(pool, cache, read_limits(settings)), metrics, threads, memory,
-                            stores.jobs);
+  CachingMeshLoader loader(pool, cache, read_limits(settings));
+  const Measuring measuring(settings, loader, metrics, threads, memory, stores.jobs);
   Scheduler scheduler({settings.workers, 0, std::numeric_limits<std::size_t>::max()});
   Worker worker(settings, stores, measuring, scheduler, store_errors, metrics, options_of(settings));
   Readiness readiness;

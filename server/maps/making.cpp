@@ -53,10 +53,10 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   Watch watch;
   const double queue_ms = std::chrono::duration<double, std::milli>(Making::Clock::now() - making.submitted).count();
   if (auto ok = api::in_time(control, "'a' was read"); !ok) return ok.error();
-  const auto a = tools.fetch(order.a, memory, control);
+  const auto a = tools.loader.load(order.a, memory, control);
   if (!a) return as_ours(a.error());
   if (auto ok = api::in_time(control, "'b' was read"); !ok) return ok.error();
-  const auto b = tools.fetch(order.b, memory, control);
+  const auto b = tools.loader.load(order.b, memory, control);
   if (!b) return as_ours(b.error());
   if (order.facts.motion) {  // the moved mesh is another one
     if (auto ok = memory.take_mesh((*a)->facts.vertices, (*a)->facts.triangles); !ok) return as_ours(ok.error());

@@ -60,7 +60,7 @@ class Making {
 // What maps are made with; borrowed, except the settings.
 struct MapTools {
   const Settings settings;
-  const Fetch& fetch;
+  MeshLoader& loader;
   MapCache& cache;
   ThreadBudget& threads;
   MemoryBudget& memory;

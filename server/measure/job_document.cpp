@@ -78,7 +78,7 @@ std::string to_json(const JobView& job) {
             {"finished", time_or_null(row.finished)},
             {"expires", time_or_null(row.expires)},
             {"tries", row.tries},
-            {"gate", gate_of(row)},
+            {"gate", job.request ? api::gate_of(job.request->options) : gate_of(row)},
             {"progress", progress_of(row)}};
   if (has_pages()) head["view"] = view_of(row);
   // Result and problem are JSON already and may be large, so they are appended as text.

@@ -22,7 +22,7 @@ nlohmann::ordered_json gate_of(const store::Job& row);
 // The problem of a job that ended without a result; "null": it did not.
 std::string problem_json(const store::Job& row);
 
-// The view of a job that another process ended: reads its stages and sizes from its document.
+// Returns the view of a job whose end was read from the store: its stages and sizes are those of its document.
 JobView as_told(const store::Job& row);
 
 // The current interval on one line: the data of a `progress` event.

@@ -21,17 +21,18 @@ std::string work_of(const store::NewJob& job) {
   return api::sha256_hex(std::as_bytes(std::span(all)));
 }
 
-LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
-                 Clock::time_point submission)
+LiveJob::LiveJob(store::NewJob job, std::optional<api::Request> parsed, MeshSource mesh_a, MeshSource mesh_b,
+                 bool is_durable, Clock::time_point submission)
     : key(job.key),
       client(client_of(job)),
       bytes(job.cost),
       durable(is_durable),
       submitted(submission),
-      request(job_request),
+      request(parsed.value_or(api::Request{})),
       a(std::move(mesh_a)),
       b(std::move(mesh_b)) {
   static_cast<store::NewJob&>(view_.row) = std::move(job);
+  if (parsed) view_.request = std::make_shared<const api::Request>(*std::move(parsed));
 }
 
 JobView LiveJob::view() const {
@@ -91,7 +92,9 @@ void LiveJob::progressed(const store::Progress& progress) {
 
 void LiveJob::ended(JobView last) {
   change([&](JobView& view) {
-    if (!over()) view = std::move(last);
+    if (over()) return;
+    last.request = std::move(view.request);
+    view = std::move(last);
   });
 }
 
@@ -168,9 +171,9 @@ std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& sett
   MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
   MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
   set_hints(row.hints, a, b);
-  auto request = api::parse_options(row.options, request_limits(settings));
-  auto job = std::make_shared<LiveJob>(row, request ? limited(*request, settings) : api::Request{}, std::move(a),
-                                       std::move(b), true, LiveJob::Clock::now() - waited);
+  const auto request = api::parse_options(row.options, request_limits(settings));
+  auto job = std::make_shared<LiveJob>(row, request ? std::optional(limited(*request, settings)) : std::nullopt,
+                                       std::move(a), std::move(b), true, LiveJob::Clock::now() - waited);
   if (!request) job->defect = request.error();
   if (row.progress && row.progress->by == version()) job->progressed(*row.progress);
   return job;

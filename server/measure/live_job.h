@@ -28,9 +28,10 @@ namespace meshgauge::server {
 
 // The state of a job at one moment.
 struct JobView {
-  store::Job row;            // with `document` and `problem` if it has ended
-  bool handed_back = false;  // this process stops and no longer follows the job
-  std::string timing;        // Server-Timing; this and the members below are set when it has ended
+  store::Job row;                               // with `document` and `problem` if it has ended
+  std::shared_ptr<const api::Request> request;  // what row.options ask for; null: this process has not parsed them
+  bool handed_back = false;                     // this process stops and no longer follows the job
+  std::string timing;                           // Server-Timing; this and the members below are set when it has ended
   std::vector<api::Stage> stages;
   std::optional<MeshSizes> triangles;
   bool reusable = false;  // store::Ending::reusable
@@ -49,7 +50,8 @@ class LiveJob {
  public:
   using Clock = std::chrono::steady_clock;
 
-  LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
+  // `parsed`: the options of the job; nullopt: this process has not parsed them, and `request` has the defaults.
+  LiveJob(store::NewJob job, std::optional<api::Request> parsed, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
           Clock::time_point submission = Clock::now());
 
   const store::JobKey key;
@@ -81,7 +83,7 @@ class LiveJob {
   void started(unsigned tries, store::TimePoint when);
   // Bounds of this process's engine or, before the run, of one of the same version (store::narrowed()).
   void progressed(const store::Progress& progress);
-  void ended(JobView last);  // the first call of this or release() counts
+  void ended(JobView last);  // the first call of this or release() counts; view().request stays
 
   // For a job in the store: called by the watcher.
   void seen(const store::Job& row);       // a row that has not ended

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,6 +24,8 @@ namespace meshgauge::server {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::uint64_t kKeptFree = 64;  // of a small disk only this fraction is kept free
 
 Error not_written(int error_number) { return store::storage_error(error_number, "the deviation map cannot be kept"); }
 
@@ -251,6 +254,18 @@ void MapCache::sweep(const std::function<bool(const store::JobKey&)>& is_there) 
 MapCache::Counters MapCache::counters() const {
   const std::lock_guard lock(mutex_);
   return {bytes_, entries_.size(), evictions_};
+}
+
+std::uint64_t lacking_bytes(DiskRoom disk, std::uint64_t wanted) {
+  const std::uint64_t least = std::min(wanted, disk.bytes / kKeptFree);
+  return least - std::min(disk.free, least);
+}
+
+std::uint64_t lacking_bytes_on(const std::string& folder, std::uint64_t wanted) {
+  struct statvfs status {};
+  if (::statvfs(folder.c_str(), &status) != 0) return 0;
+  const std::uint64_t block = status.f_frsize;
+  return lacking_bytes({std::uint64_t{status.f_blocks} * block, std::uint64_t{status.f_bavail} * block}, wanted);
 }
 
 }  // namespace meshgauge::server

@@ -94,11 +94,11 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
 Result<api::Comparison> Measuring::measure_within(MemoryReservation& memory, LiveJob& job,
                                                   api::StageTimes times) const {
   const auto start = LiveJob::Clock::now();
-  const auto a = fetch_(job.a, memory, job.control);
+  const auto a = loader_.load(job.a, memory, job.control);
   if (!a) return a.error();
   const auto begun_b = LiveJob::Clock::now();
   times.read_a = ms_between(start, begun_b);
-  const auto b = fetch_(job.b, memory, job.control);
+  const auto b = loader_.load(job.b, memory, job.control);
   if (!b) return b.error();
   times.read_b = ms_between(begun_b, LiveJob::Clock::now());
   if (job.request.options.align) {  // the moved mesh is another one

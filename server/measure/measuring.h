@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -65,23 +64,23 @@ class ThreadBudget {
   std::uint64_t lent_ = 0;
 };
 
-// Loads a mesh: from the cache and the sandbox, or by a test's replacement. Reserves its memory; when that must begin
-// again, the result is meaningless. Errors as of api::compare(). Thread safe.
-using Fetch =
-    std::function<Result<api::SharedMesh>(const MeshSource& source, MemoryReservation& memory, Control& control)>;
+// Loads meshes from their sources. Thread safe.
+class MeshLoader {
+ public:
+  virtual ~MeshLoader() = default;
 
-// Thread safe. Borrows all but the first two.
+  // Reserves the memory of the mesh; when that must begin again, the result is meaningless. Errors as of
+  // api::compare().
+  virtual Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation& memory, Control& control) = 0;
+};
+
+// Thread safe. Borrows all but the first.
 class Measuring {
  public:
   // `clock`: its time() dates results.
-  Measuring(const Settings& settings, Fetch fetch, Metrics& metrics, ThreadBudget& threads, MemoryBudget& memory,
+  Measuring(const Settings& settings, MeshLoader& loader, Metrics& metrics, ThreadBudget& threads, MemoryBudget& memory,
             const store::JobStore& clock)
-      : settings_(settings),
-        fetch_(std::move(fetch)),
-        metrics_(metrics),
-        threads_(threads),
-        memory_(memory),
-        clock_(clock) {}
+      : settings_(settings), loader_(loader), metrics_(metrics), threads_(threads), memory_(memory), clock_(clock) {}
 
   // Measures the job. Turns every exception into an Error.
   Result<api::Comparison> measured(LiveJob& job) const;
@@ -95,7 +94,7 @@ class Measuring {
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const;
 
   const Settings settings_;
-  const Fetch fetch_;
+  MeshLoader& loader_;
   Metrics& metrics_;
   ThreadBudget& threads_;
   MemoryBudget& memory_;

@@ -345,10 +345,7 @@ Result<bool> CachedBlobs::remove(const BlobKey& key) {
 
 // The cached files of removed blobs age out of the cache like any unused file.
 Result<std::uint64_t> CachedBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) {
-  return remote_->remove_unused(used, older_than,
-                                [this](const std::string& name, const std::function<Result<bool>()>& removal) {
-                                  return reservations().unless_held(name, removal);
-                                });
+  return remote_->remove_unused(used, older_than, reservations());
 }
 
 Result<std::uint64_t> CachedBlobs::stored_bytes(const std::string& owner) { return remote_->stored_bytes(owner); }

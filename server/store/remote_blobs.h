@@ -30,9 +30,6 @@ class RemoteBlobs {
  public:
   // Takes the bytes of a blob, each once and in order. An error ends the fetch, which returns it.
   using Take = std::function<Result<Done>(std::span<const std::byte> piece)>;
-  // Calls removal() while no reservation of the blob of this name (blob_name()) can begin, and returns its value.
-  // false: the blob is reserved.
-  using Guard = std::function<Result<bool>(const std::string& name, const std::function<Result<bool>()>& removal)>;
 
   virtual ~RemoteBlobs() = default;
 
@@ -50,10 +47,10 @@ class RemoteBlobs {
   // Counts what remove_unused() would remove.
   virtual Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) = 0;
   // Removes blobs that are not in `used` and were neither put nor renewed within `older_than`, by the store's own
-  // clock. Returns their number. Each removal goes through `guard` and checks the age again inside, unless removal and
-  // renewal cannot overlap (one transaction).
+  // clock. Returns their number. Each removal runs in reservations.unless_held() and checks the age again there,
+  // unless removal and renewal cannot overlap (one transaction).
   virtual Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
-                                              const Guard& guard) = 0;
+                                              Reservations& reservations) = 0;
 
   // The bytes of all blobs of an owner, referred to or not. Cheap: called at each upload. May lag behind what other
   // processes have put, by a time that the implementation states, never behind what this object has put.

@@ -24,8 +24,8 @@ const store::Token& token_of(const PendingResult& delivery) { return delivery.jo
 
 }  // namespace
 
-PendingResults::PendingResults(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed)
-    : jobs_(jobs), settings_(settings), delivered_(std::move(delivered)), failed_(std::move(failed)) {
+PendingResults::PendingResults(store::JobStore& jobs, Settings settings, Listener& listener)
+    : jobs_(jobs), settings_(settings), listener_(listener) {
   thread_ = std::thread([this] { deliver_in_background(); });
 }
 
@@ -113,12 +113,12 @@ PendingResults::Group PendingResults::next_group() {
 bool PendingResults::deliver(Group& group) try {
   auto error = group.front().ending ? store_endings(group) : give_back(group.front());
   if (error && !may_pass(*error)) {
-    failed_(*error);
+    listener_.failed(*error);
     error = one_by_one(group);
   } else if (!error) {
     group.clear();
   }
-  if (error) failed_(*error);
+  if (error) listener_.failed(*error);
   return group.empty();
 } catch (const std::bad_alloc&) {
   return false;
@@ -182,7 +182,7 @@ std::optional<Error> PendingResults::one_by_one(Group& group) {
 }
 
 void PendingResults::settle(const PendingResult& delivery, Outcome outcome) {
-  delivered_(delivery, outcome);
+  listener_.delivered(delivery, outcome);
   const std::lock_guard lock(mutex_);
   --unsettled_;
   unsettled_bytes_ -= bytes_of(delivery);

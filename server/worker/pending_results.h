@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -38,9 +37,17 @@ class PendingResults {
     stored,
     refused,  // the token is no longer the newest
   };
-  // Called on the delivering thread, once for each result. Must not wait for results.
-  using Delivered = std::function<void(const PendingResult&, Outcome)>;
-  using Failed = std::function<void(const Error&)>;
+
+  // Receives the outcomes. Called on the delivering thread; no call may wait for results.
+  class Listener {
+   public:
+    virtual ~Listener() = default;
+    // Called once for each result, when the store has answered; again later if it throws std::bad_alloc.
+    virtual void delivered(const PendingResult& delivery, Outcome outcome) = 0;
+    // Called with each error of the store. The results that it concerns stay here and are tried again, or their jobs
+    // are handed back.
+    virtual void failed(const Error& error) = 0;
+  };
 
   struct Settings {
     std::chrono::seconds keep{86'400};  // for how long a job that the store ends is kept
@@ -53,8 +60,8 @@ class PendingResults {
   static constexpr std::size_t kFull = 4096;
   static constexpr std::uint64_t kFullBytes = std::uint64_t{128} << 20;
 
-  // Borrows the store.
-  PendingResults(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed);
+  // Borrows the store and the listener.
+  PendingResults(store::JobStore& jobs, Settings settings, Listener& listener);
   ~PendingResults();  // drops what waits
   PendingResults(const PendingResults&) = delete;
   PendingResults& operator=(const PendingResults&) = delete;
@@ -78,8 +85,7 @@ class PendingResults {
 
   store::JobStore& jobs_;
   const Settings settings_;
-  const Delivered delivered_;
-  const Failed failed_;
+  Listener& listener_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   mutable std::condition_variable emptied_;

@@ -52,6 +52,12 @@ std::optional<store::Progress> worth_telling(const HeldJob& job) {
   return job.live->progress().value_or(certified(0, std::numeric_limits<double>::infinity(), ""));
 }
 
+// `which`: Settings::log_requests. Precondition: the job has ended.
+void log_end(const JobView& job, const std::string& which) {
+  const bool has_failed = job.row.state == store::JobState::failed;
+  if (which == "all" || (which == "problems" && has_failed)) log_job(job.row, job.triangles, job.stages);
+}
+
 }  // namespace
 
 Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
@@ -64,10 +70,7 @@ Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuri
       options_(std::move(options)),
       store_errors_(store_errors),
       buffer_(settings.workers),
-      results_(
-          stores.jobs, {seconds(settings.result_ttl_s)},
-          [this](const PendingResult& delivery, PendingResults::Outcome outcome) { delivered(delivery, outcome); },
-          [this](const Error& error) { store_errors_.note(Result<Done>(error)); }) {
+      results_(stores.jobs, {seconds(settings.result_ttl_s)}, *this) {
   metrics_.watch(Level::deliveries_waiting, [this] { return static_cast<double>(results_.waiting()); });
 }
 
@@ -464,7 +467,7 @@ void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome ou
   }
   const bool ended = outcome == PendingResults::Outcome::stored && delivery.ending;
   if (ended && job.in_batch) release_blobs(stores_, store_errors_, job.live->key.owner, job.live->a.id, job.live->b.id);
-  if (ended && options_.ended) options_.ended(job.last);
+  if (ended && options_.log_jobs) log_end(job.last, settings_.log_requests);
   const std::lock_guard lock(mutex_);
   if (draining_ && outcome == PendingResults::Outcome::stored && !delivery.ending) handed_back_.push_back(id);
   std::erase(held_, delivery.job);
@@ -472,6 +475,8 @@ void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome ou
   look_again_ = true;
   claim_wake_.notify_all();
 }
+
+void Worker::failed(const Error& error) { store_errors_.note(Result<Done>(error)); }
 
 void Worker::keep_in_background() {
   const NeverFails never_fails;

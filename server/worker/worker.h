@@ -14,7 +14,6 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -41,17 +40,18 @@ struct WorkerOptions {
   std::chrono::milliseconds poll{1'000};    // interval of claims without a signal
   // A suspected job with more tries than this runs alone.
   unsigned trusted_tries = 1;
-  std::chrono::milliseconds pass_over{30'000};          // how long a busy worker passes over suspected jobs
-  std::size_t openers = 2;                              // threads that open blobs before jobs run
-  std::function<void(const JobView&)> ended = nullptr;  // called with each end that the store has taken
+  std::chrono::milliseconds pass_over{30'000};  // how long a busy worker passes over suspected jobs
+  std::size_t openers = 2;                      // threads that open blobs before jobs run
+  // Logs each end that the store has taken, if Settings::log_requests asks for it.
+  bool log_jobs = false;
 };
 
-class Worker {
+class Worker final : private PendingResults::Listener {
  public:
   // Borrows all but settings and options. The scheduler must end after the worker.
   Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
          StoreErrors& store_errors, Metrics& metrics, WorkerOptions options);
-  ~Worker();  // as stop()
+  ~Worker() override;  // as stop()
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
@@ -103,7 +103,8 @@ class Worker {
   void conclude(const HeldJobPtr& job, const Result<api::Comparison>& result);
   void withdraw(const HeldJobPtr& job);
   void leave(PendingResult delivery);
-  void delivered(const PendingResult& delivery, PendingResults::Outcome outcome);
+  void delivered(const PendingResult& delivery, PendingResults::Outcome outcome) override;
+  void failed(const Error& error) override;
 
   void keep_in_background();
   struct Telling {

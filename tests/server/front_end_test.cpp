@@ -29,7 +29,7 @@ Settings of_a_service() {
 struct Served {
   explicit Served(Common& kept)
       : common(kept),
-        service(of_a_service(), nullptr,
+        service(of_a_service(), loader,
                 Stores{kept.jobs, kept.embedded.meshes(), kept.embedded.blobs(), signals, cache, true}) {
     common.jobs.tell_to(signals);
     port = service.start().value();
@@ -53,6 +53,7 @@ struct Served {
   Common& common;
   store::HandSignals signals;
   MeshCache cache{0};
+  LoadsNothing loader;
   Service service;
   int port = 0;
 };

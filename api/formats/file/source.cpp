@@ -1,7 +1,10 @@
 #include "api/formats/file/source.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "api/base/text.h"
@@ -100,6 +103,13 @@ Result<Done> make_cloud(const Source& source, ReadMesh& read) {
   read.mesh.triangles = points_as_triangles(points);
   read.notes.cloud = points > 0;
   return Done{};
+}
+
+void advise_huge_pages(void* block, std::size_t bytes) {
+  constexpr std::size_t kHugePage = std::size_t{2} << 20U;
+  constexpr std::size_t kPage = 4096;
+  if (bytes < 2 * kHugePage || std::align(kPage, kPage, block, bytes) == nullptr) return;
+  static_cast<void>(madvise(block, bytes / kPage * kPage, MADV_HUGEPAGE));
 }
 
 }  // namespace meshgauge::api

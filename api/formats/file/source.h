@@ -1,11 +1,13 @@
-// The input of a reader, its limits, and errors that name the place of a defect.
+// The input of a reader, its limits, errors that name the place of a defect, and room for large arrays.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "api/formats/format.h"
 
@@ -59,5 +61,22 @@ Result<ReadMesh> read_without_padding(const Source& source, const std::function<
 // Makes a point cloud of all vertices; without vertices, or with surface that is not read, it changes nothing. Error:
 // too_large for more points than max_triangles.
 Result<Done> make_cloud(const Source& source, ReadMesh& read);
+
+// Asks the system for huge pages for a block just allocated and not yet written. A hint, without effect where there are
+// none. Page faults would otherwise take half of the time of reading a large binary STL.
+void advise_huge_pages(void* block, std::size_t bytes);
+
+template <class T>
+void reserve_room(std::vector<T>& array, std::size_t count) {
+  array.reserve(count);
+  advise_huge_pages(array.data(), array.capacity() * sizeof(T));
+}
+
+// Reserves room for `more` elements at the end. Growing at least doubles the capacity, so that many small additions
+// take linear time in total.
+template <class T>
+void reserve_more(std::vector<T>& array, std::size_t more) {
+  if (more > array.capacity() - array.size()) reserve_room(array, std::max(array.size() + more, 2 * array.capacity()));
+}
 
 }  // namespace meshgauge::api

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "api/formats/file/room.h"
+#include "api/formats/file/source.h"
 #include "api/formats/gltf/gltf_deform.h"
 #include "api/formats/gltf/gltf_draco.h"
 #include "api/formats/gltf/gltf_nodes.h"

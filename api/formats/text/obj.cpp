@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "api/base/text.h"
-#include "api/formats/file/room.h"
+#include "api/formats/file/source.h"
 #include "api/formats/polygons/polygons.h"
 
 namespace meshgauge::api {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "api/base/text.h"
-#include "api/formats/file/room.h"
+#include "api/formats/file/source.h"
 #include "api/formats/polygons/polygons.h"
 
 namespace meshgauge::api {

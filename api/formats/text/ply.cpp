@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "api/base/text.h"
-#include "api/formats/file/room.h"
+#include "api/formats/file/source.h"
 #include "api/formats/polygons/polygons.h"
 #include "api/formats/text/ply_header.h"
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "api/base/text.h"
-#include "api/formats/file/room.h"
+#include "api/formats/file/source.h"
 
 namespace meshgauge::api {
 namespace {

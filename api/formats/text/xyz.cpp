@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "api/base/text.h"
-#include "api/formats/file/room.h"
+#include "api/formats/file/source.h"
 
 namespace meshgauge::api {
 namespace {

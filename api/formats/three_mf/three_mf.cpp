@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "api/formats/file/room.h"
+#include "api/formats/file/source.h"
 #include "api/formats/three_mf/three_mf_attributes.h"
 #include "api/formats/three_mf/three_mf_model.h"
 #include "api/formats/three_mf/three_mf_volumes.h"

@@ -74,9 +74,9 @@ std::int64_t clock_offset_ns(PgConnection& connection) {
   return row.number(0) * 1000 - ns(middle.time_since_epoch());
 }
 
-PgControl::PgControl(ControlSettings settings, std::function<SteadyTime()> newest_trouble)
+PgControl::PgControl(ControlSettings settings, const ConnectionHealth& others)
     : settings_(std::move(settings)),
-      newest_trouble_(std::move(newest_trouble)),
+      others_(others),
       wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
       connected_since_(Clock::now().time_since_epoch().count()),
       time_offset_ns_(settings_.time_offset_ns) {
@@ -133,7 +133,7 @@ bool PgControl::applies() const {
 
 bool PgControl::is_well() const {
   const SteadyTime connected{Clock::duration(connected_since_.load())};
-  return Clock::now() - std::max(connected, newest_trouble_()) >= settings_.duty_grace;
+  return Clock::now() - std::max(connected, others_.newest_trouble()) >= settings_.duty_grace;
 }
 
 void PgControl::work() {

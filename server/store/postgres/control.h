@@ -4,13 +4,13 @@
 
 #include <atomic>
 #include <deque>
-#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
 
 #include "api/base/descriptor.h"
 #include "server/store/postgres/connection.h"
+#include "server/store/postgres/pool.h"
 #include "server/store/signals.h"
 
 namespace meshgauge::server::store {
@@ -30,8 +30,8 @@ std::int64_t clock_offset_ns(PgConnection& connection);
 
 class PgControl final : public Signals {
  public:
-  // `newest_trouble`: when the other connections of this process last failed.
-  PgControl(ControlSettings settings, std::function<SteadyTime()> newest_trouble);
+  // `others`: the other connections of this process; borrowed.
+  PgControl(ControlSettings settings, const ConnectionHealth& others);
   ~PgControl() override;
 
   void listen(Hear hear) override;
@@ -60,7 +60,7 @@ class PgControl final : public Signals {
   void hear_all();
 
   const ControlSettings settings_;
-  const std::function<SteadyTime()> newest_trouble_;
+  const ConnectionHealth& others_;
   const Descriptor wake_;  // an eventfd
 
   std::atomic<bool> stopped_{false};

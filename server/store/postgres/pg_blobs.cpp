@@ -262,15 +262,17 @@ Result<bool> PgBlobs::renew(const BlobKey& key) {
 }
 
 Result<bool> PgBlobs::remove(const BlobKey& key) {
-  return remove_if_old(key, std::nullopt,
-                       [](const std::string&, const std::function<Result<bool>()>& removal) { return removal(); });
+  const auto upload =
+      pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_row(connection, key, std::nullopt); });
+  if (!upload) return upload.error();
+  if (*upload) static_cast<void>(remove_chunks(**upload));  // on an error remove_garbage() does it
+  return upload->has_value();
 }
 
-// The chunks are removed after the guard has ended, so no reservation waits for that.
-Result<bool> PgBlobs::remove_if_old(const BlobKey& key, std::optional<std::chrono::seconds> older_than,
-                                    const Guard& guard) {
+// The chunks are removed after unless_held(), so no reservation waits for that.
+Result<bool> PgBlobs::remove_if_old(const BlobKey& key, std::chrono::seconds older_than, Reservations& reservations) {
   std::string garbage;
-  Result<bool> removed = guard(blob_name(key), [&]() -> Result<bool> {
+  Result<bool> removed = reservations.unless_held(blob_name(key), [&]() -> Result<bool> {
     auto upload =
         pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_row(connection, key, older_than); });
     if (!upload) return upload.error();
@@ -340,12 +342,12 @@ Result<std::vector<BlobKey>> PgBlobs::unused(std::span<const BlobKey> used, std:
 }
 
 Result<std::uint64_t> PgBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
-                                             const Guard& guard) {
+                                             Reservations& reservations) {
   const auto found = unused(used, older_than);
   if (!found) return found.error();
   std::uint64_t removed = 0;
   for (const BlobKey& key : *found) {
-    const Result<bool> gone = remove_if_old(key, older_than, guard);
+    const Result<bool> gone = remove_if_old(key, older_than, reservations);
     if (!gone) return gone.error();
     if (*gone) ++removed;
   }

@@ -33,7 +33,7 @@ class PgBlobs final : public RemoteBlobs {
     return UnusedBlobs{found->size()};  // none is older than the database, which is the jobs' as well
   }
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
-                                      const Guard& guard) override;
+                                      Reservations& reservations) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // exact
   Result<std::uint64_t> free_bytes() override;                            // unknown
   Result<Done> check() override;
@@ -45,7 +45,7 @@ class PgBlobs final : public RemoteBlobs {
   Result<std::optional<BlobPut>> put_once(const BlobKey& key, std::span<const std::byte> bytes,
                                           const std::string& damaged);
   Result<Done> send(std::span<const std::byte> bytes, const std::string& upload);
-  Result<bool> remove_if_old(const BlobKey& key, std::optional<std::chrono::seconds> older_than, const Guard& guard);
+  Result<bool> remove_if_old(const BlobKey& key, std::chrono::seconds older_than, Reservations& reservations);
   Result<Done> remove_chunks(const std::string& upload);
   Result<Done> remove_garbage();
 

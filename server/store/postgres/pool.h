@@ -41,10 +41,19 @@ Error plain_error(const PgFailure& failure);
 // never acknowledged. fleeting: it may be lost.
 enum class Promise { durable, fleeting };
 
-class PgPool {
+// What PgControl asks about the other connections of its process. Thread safe.
+class ConnectionHealth {
+ public:
+  virtual ~ConnectionHealth() = default;
+
+  // When the database was last unreachable, or a connection was lost; the start of this object if never.
+  virtual SteadyTime newest_trouble() const = 0;
+};
+
+class PgPool final : public ConnectionHealth {
  public:
   explicit PgPool(PoolSettings settings);
-  ~PgPool();
+  ~PgPool() override;
 
   // Returns the value of work(PgConnection&), which may throw PgFailure and is repeated when that may help. Blocks for
   // at most `longer` times the call_timeout. Thread safe.
@@ -58,8 +67,7 @@ class PgPool {
     return *std::move(value);
   }
 
-  // When the database was last unreachable, or a connection was lost; the start of this object if never.
-  SteadyTime newest_trouble() const;
+  SteadyTime newest_trouble() const override;
   const PoolSettings& settings() const { return settings_; }
 
  private:

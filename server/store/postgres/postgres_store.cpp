@@ -201,7 +201,7 @@ Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSetting
 
 PostgresStore::PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns)
     : pool_({settings.database, settings.max_connections, settings.call_timeout, settings.report}),
-      control_({settings.database, settings.duty_grace, time_offset_ns}, [this] { return pool_.newest_trouble(); }),
+      control_({settings.database, settings.duty_grace, time_offset_ns}, pool_),
       behind_(settings.max_unrecorded, [this](const WriteBehind::Batch& batch) { return write(batch); }) {}
 
 Result<Inserted> PostgresStore::insert(const NewJob& job) {

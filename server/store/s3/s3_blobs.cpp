@@ -333,14 +333,15 @@ Result<UnusedBlobs> S3Blobs::count_unused(std::span<const BlobKey> used, seconds
   return unused;
 }
 
-Result<std::uint64_t> S3Blobs::remove_unused(std::span<const BlobKey> used, seconds older_than, const Guard& guard) {
+Result<std::uint64_t> S3Blobs::remove_unused(std::span<const BlobKey> used, seconds older_than,
+                                             Reservations& reservations) {
   const seconds limit = older_than + options_.young;
   std::uint64_t removed = 0;
   const Result<Done> swept =
       for_each_unused(used, limit, [&](const std::vector<ListedObject>& objects) -> Result<Done> {
         std::vector<std::string> names;
         for (const ListedObject& object : objects) names.push_back(object.key.substr(root_.size()));
-        const Result<std::uint64_t> some = remove_listed(names, limit, guard);
+        const Result<std::uint64_t> some = remove_listed(names, limit, reservations);
         if (!some) return some.error();
         removed += *some;
         return Done{};
@@ -351,8 +352,8 @@ Result<std::uint64_t> S3Blobs::remove_unused(std::span<const BlobKey> used, seco
 }
 
 // Reads the object's age again when no reservation can begin any more: it may have been renewed since it was listed.
-Result<bool> S3Blobs::remove_if_old(const std::string& name, seconds older_than, const Guard& guard) try {
-  return guard(name, [&]() -> Result<bool> {
+Result<bool> S3Blobs::remove_if_old(const std::string& name, seconds older_than, Reservations& reservations) try {
+  return reservations.unless_held(name, [&]() -> Result<bool> {
     const Result<std::optional<S3Object>> there = client_.head(object_of(name));
     if (!there) return there.error();
     if (!*there || !is_surely_older((**there).age, older_than)) return false;
@@ -364,14 +365,14 @@ Result<bool> S3Blobs::remove_if_old(const std::string& name, seconds older_than,
 
 // Removes several at once, until the first error.
 Result<std::uint64_t> S3Blobs::remove_listed(const std::vector<std::string>& names, seconds older_than,
-                                             const Guard& guard) {
+                                             Reservations& reservations) {
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> removed{0};
   std::mutex mutex;
   std::optional<Error> failed;
   const auto remove_some = [&] {
     for (std::size_t i = next++; i < names.size(); i = next++) {
-      const Result<bool> gone = remove_if_old(names[i], older_than, guard);
+      const Result<bool> gone = remove_if_old(names[i], older_than, reservations);
       if (gone && *gone) ++removed;
       if (gone) continue;
       next = names.size();

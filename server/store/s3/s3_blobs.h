@@ -99,7 +99,7 @@ class S3Blobs final : public RemoteBlobs {
   Result<bool> remove(const BlobKey& key) override;
   Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override;
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
-                                      const Guard& guard) override;
+                                      Reservations& reservations) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // within the error bound of OwnerSums
   Result<std::uint64_t> free_bytes() override;                            // unknown
   Result<Done> check() override;
@@ -114,9 +114,9 @@ class S3Blobs final : public RemoteBlobs {
   Result<bool> send_parts(const BlobKey& key, const std::string& upload, std::span<const std::byte> bytes);
   Result<bool> renew(const std::string& object, const S3Object& found);
   Result<bool> remove_found(const std::string& name, const S3Object& found);
-  Result<bool> remove_if_old(const std::string& name, std::chrono::seconds older_than, const Guard& guard);
+  Result<bool> remove_if_old(const std::string& name, std::chrono::seconds older_than, Reservations& reservations);
   Result<std::uint64_t> remove_listed(const std::vector<std::string>& names, std::chrono::seconds older_than,
-                                      const Guard& guard);
+                                      Reservations& reservations);
   Result<Done> abort_abandoned();
   Result<std::uint64_t> weigh(const std::string& owner);
 

@@ -1,4 +1,4 @@
-#include "check/reports/code_quality.h"
+#include "check/reports/reports.h"
 
 #include <set>
 #include <string>

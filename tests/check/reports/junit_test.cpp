@@ -1,4 +1,4 @@
-#include "check/reports/junit.h"
+#include "check/reports/reports.h"
 
 #include <cmath>
 #include <string>

@@ -4,11 +4,8 @@
 #include <doctest/doctest.h>
 
 #include "check/html/html.h"
-#include "check/reports/code_quality.h"
-#include "check/reports/junit.h"
-#include "check/reports/markdown.h"
+#include "check/reports/reports.h"
 #include "check/reports/sample_reports.h"
-#include "check/reports/sarif.h"
 #include "check/run/json_report.h"
 #include "check/run/terminal.h"
 

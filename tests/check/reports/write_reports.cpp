@@ -5,11 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "check/reports/code_quality.h"
-#include "check/reports/junit.h"
-#include "check/reports/markdown.h"
+#include "check/reports/reports.h"
 #include "check/reports/sample_reports.h"
-#include "check/reports/sarif.h"
 #include "server/handlers/batch_report.h"
 
 namespace {

@@ -56,7 +56,7 @@ Head preflight(const std::string& origin) {
 void pass(const Entrance& entrance, Request& request) {
   entrance(request.exchange, [](Exchange& exchange) {
     exchange.response.status = 222;
-    return server::Edge::Entry::answered;
+    return server::RequestHandler::Entry::answered;
   });
 }
 

@@ -54,9 +54,12 @@ class PausingBlobs : public store::BlobStore {
   store::BlobStore& real_;
 };
 
-Result<api::SharedMesh> fetch(const server::MeshSource& source, server::MemoryReservation&, Control& control) {
-  return api::prepare(api::load(source.input, {}), source.input, Prepared::Use::once, control);
-}
+struct LoadsHere final : server::MeshLoader {
+  Result<api::SharedMesh> load(const server::MeshSource& source, server::MemoryReservation&,
+                               Control& control) override {
+    return api::prepare(api::load(source.input, {}), source.input, Prepared::Use::once, control);
+  }
+};
 
 Settings deviation_settings() {
   Settings settings;
@@ -101,8 +104,9 @@ struct HeldUp {
   PausingBlobs blobs{embedded.blobs()};
   server::MeshCache cache{std::uint64_t{1} << 20};
   server::MapCache maps{{embedded.folder() / "maps", 1'000'000, "/tmp"}};
+  LoadsHere loader;
   Service service{deviation_settings(),
-                  fetch,
+                  loader,
                   {embedded.jobs(), embedded.meshes(), blobs, embedded.signals(), cache, false, &maps}};
   int port = 0;
   std::string a, comparison;

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <doctest/doctest.h>
@@ -36,17 +37,30 @@ Settings guard_settings() {
   return checked(settings).value();
 }
 
+// Handles every request by the functions of a test.
+class GivenHandler final : public RequestHandler {
+ public:
+  using Handle = std::function<void(Exchange&)>;
+  using Log = std::function<void(const Exchange&)>;
+
+  GivenHandler(Handle handles, Log logs) : handles_(std::move(handles)), logs_(std::move(logs)) {}
+
+  Entry enter(Exchange&) override { return Entry::handled; }
+  void handle(Exchange& exchange) override { handles_(exchange); }
+  void log(const Exchange& exchange) override { logs_(exchange); }
+
+ private:
+  const Handle handles_;
+  const Log logs_;
+};
+
 // A server on its own threads for the lifetime of the object.
 class Guarded {
  public:
-  using Handle = std::function<void(Exchange&)>;
-
   explicit Guarded(
-      Handle handle, std::function<void(const Exchange&)> log = [](const Exchange&) {},
+      GivenHandler::Handle handle, GivenHandler::Log log = [](const Exchange&) {},
       const Settings& chosen = guard_settings())
-      : guard(chosen, {[](const Exchange&) { return Edge::Entry::handled; }, std::move(handle), std::move(log)},
-              nullptr),
-        port_(guard.bind().value()) {
+      : handler(std::move(handle), std::move(log)), guard(chosen, handler, nullptr), port_(guard.bind().value()) {
     listener_ = std::thread([this] { guard.run(); });
   }
   ~Guarded() {
@@ -62,6 +76,7 @@ class Guarded {
   }
   int port() const { return port_; }
 
+  GivenHandler handler;
   HttpGuard guard;
 
  private:

@@ -31,7 +31,7 @@ inline api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
 }
 
 // Returns the meshes when it is released or the job is interrupted: a comparison runs until then.
-struct Stand {
+struct Stand : MeshLoader {
   std::atomic<int> running{0};  // that were begun
   std::atomic<bool> released{false};
   std::atomic<bool> deaf{false};  // ignores a cancel
@@ -39,20 +39,18 @@ struct Stand {
   std::vector<std::string> order;  // file names of a
   std::vector<Control::Clock::time_point> deadlines;
 
-  Fetch fetch() {
-    return [this](const MeshSource& source, MemoryReservation&, Control& control) -> Result<api::SharedMesh> {
-      if (source.input.part == "b") return stand_in(source);
-      {
-        const std::lock_guard lock(mutex);
-        order.push_back(source.input.filename);
-        deadlines.push_back(*control.deadline());
-      }
-      ++running;
-      while (!released && (deaf || control.check() == Interruption::none)) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      }
-      return stand_in(source);
-    };
+  Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation&, Control& control) override {
+    if (source.input.part == "b") return stand_in(source);
+    {
+      const std::lock_guard lock(mutex);
+      order.push_back(source.input.filename);
+      deadlines.push_back(*control.deadline());
+    }
+    ++running;
+    while (!released && (deaf || control.check() == Interruption::none)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return stand_in(source);
   }
 };
 
@@ -74,8 +72,8 @@ inline Settings one_worker() {
 }
 
 struct Bench {
-  explicit Bench(Kept& kept, Fetch fetch, Settings chosen = one_worker())
-      : settings(std::move(chosen)), jobs(settings, std::move(fetch), kept.stores(), access, metrics) {
+  explicit Bench(Kept& kept, MeshLoader& loader, Settings chosen = one_worker())
+      : settings(std::move(chosen)), jobs(settings, loader, kept.stores(), access, metrics) {
     store::got(jobs.recover());
   }
 

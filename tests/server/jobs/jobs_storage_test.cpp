@@ -10,7 +10,7 @@ using store::got;
 TEST_CASE("jobs: its uploads are removed at its end, unless they are stored or needed by another") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto bytes = [&] { return got(kept.embedded.blobs().stored_bytes("")); };
   const std::uint64_t other = std::string("the other").size();
   const auto runs = begun(submit(bench.jobs, submission("runs", true)));
@@ -32,7 +32,7 @@ TEST_CASE("jobs: refused and repeated ones leave nothing behind") {
   Stand stand;
   Settings settings = one_worker();
   settings.max_stored_bytes = 30;
-  Bench bench(kept, stand.fetch(), settings);
+  Bench bench(kept, stand, settings);
   const auto bytes = [&] { return got(kept.embedded.blobs().stored_bytes("")); };
   begun(submit(bench.jobs, submission("first", true, "key")));
   const std::uint64_t before = bytes();
@@ -47,7 +47,7 @@ TEST_CASE("jobs: refused and repeated ones leave nothing behind") {
 TEST_CASE("jobs: options are stored without their blanks, and a repetition is found by the text that was sent") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto sent = [&](const std::string& options) {
     Submission asked = submission("mesh", true, "key");
     asked.options = options;
@@ -68,13 +68,13 @@ TEST_CASE("jobs: jobs that wait for a restart count after it") {
   settings.max_stored_bytes = 30;
   {
     Stand stand;
-    Bench bench(kept, stand.fetch(), settings);
+    Bench bench(kept, stand, settings);
     begun(submit(bench.jobs, submission("first", true)));
     REQUIRE(eventually([&] { return stand.running == 1; }));
     begun(submit(bench.jobs, submission("second", true)));
   }
   Stand stand;
-  Bench bench(kept, stand.fetch(), settings);
+  Bench bench(kept, stand, settings);
   CHECK(refusal_of(submit(bench.jobs, submission(std::string(20, 'x'), true))) == api::ProblemKind::quota_exceeded);
   stand.released = true;
   CHECK(eventually([&] { return got(kept.embedded.blobs().stored_bytes("")) == 0; }));

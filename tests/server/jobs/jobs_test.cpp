@@ -16,7 +16,7 @@ using store::JobState;
 TEST_CASE("jobs: an awaited job is visible while it runs and after its end") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto job = begun(submit(bench.jobs, submission("a", false)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   CHECK(got(bench.jobs.get(job->key))->row.state == JobState::running);
@@ -33,8 +33,9 @@ TEST_CASE("jobs: with areas, the bounds that their search notes are reserved") {
     Settings settings = one_worker();
     settings.max_memory_bytes = settings.max_heap_bytes * (settings.workers + kGuests) + bytes;
     Kept kept;
-    Bench bench(
-        kept, [](const MeshSource& source, auto&&...) { return stand_in(source); }, settings);
+    Stand stand;
+    stand.released = true;
+    Bench bench(kept, stand, settings);
     Submission asked = submission("a", false);
     asked.request = got(api::parse_options(options));
     const auto job = begun(submit(bench.jobs, std::move(asked)));
@@ -50,7 +51,7 @@ TEST_CASE("jobs: with areas, the bounds that their search notes are reserved") {
 TEST_CASE("jobs: a durable job waits in the store alone, and its bytes exist when it runs") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto first = begun(submit(bench.jobs, submission("first", true)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   Submission second = submission("second", true);
@@ -68,7 +69,7 @@ TEST_CASE("jobs: a durable job waits in the store alone, and its bytes exist whe
 TEST_CASE("jobs: the time of a durable job begins with its run, of an awaited one with its submission") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto first = begun(submit(bench.jobs, submission("first", true)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   const auto durable = begun(submit(bench.jobs, submission("durable", true)));
@@ -87,7 +88,7 @@ TEST_CASE("jobs: the time of a durable job begins with its run, of an awaited on
 TEST_CASE("jobs: one that waits for a thread ends when its time is over or its client has left, and frees its place") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto running = begun(submit(bench.jobs, submission("running", false)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   Submission hurried = submission("late", false);
@@ -122,7 +123,7 @@ TEST_CASE("jobs: stored meshes are counted once, however many jobs name them") {
   Stand stand;
   Settings settings = one_worker();
   settings.max_stored_bytes = 1500 + 2 * kMeshOverhead;
-  Bench bench(kept, stand.fetch(), settings);
+  Bench bench(kept, stand, settings);
   for (int i = 0; i < 5; ++i) {
     Submission by_id = submission("", true);
     by_id.a = stored(kept, "a", std::string(500, 'a'));
@@ -137,7 +138,7 @@ TEST_CASE("jobs: stored meshes are counted once, however many jobs name them") {
 TEST_CASE("jobs: a cancelled queued job gives its place back at once") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto first = begun(submit(bench.jobs, submission("first", true)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   const auto key = begun(submit(bench.jobs, submission("second", true)))->key;
@@ -158,7 +159,7 @@ TEST_CASE("jobs: a cancelled queued job gives its place back at once") {
 TEST_CASE("jobs: a cancelled running job ends with its interval") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto job = begun(submit(bench.jobs, submission("a", true)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   CHECK(got(bench.jobs.remove(job->key)) == Jobs::Deleted::asked_to_end);
@@ -172,7 +173,7 @@ TEST_CASE("jobs: an idempotency key is one job, also for concurrent requests") {
   Stand stand;
   Settings settings = one_worker();
   settings.workers = 4;
-  Bench bench(kept, stand.fetch(), settings);
+  Bench bench(kept, stand, settings);
   std::vector<std::future<std::string>> clients;
   for (int i = 0; i < 8; ++i) {
     clients.push_back(std::async(std::launch::async, [&] {
@@ -199,7 +200,7 @@ TEST_CASE("jobs: a full store refuses durable jobs and serves others") {
   Kept kept;
   Stand stand;
   stand.released = true;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   kept.jobs.full = true;
   CHECK(refusal_of(submit(bench.jobs, submission("a", true))) == api::ProblemKind::storage_full);
   const auto awaited = begun(submit(bench.jobs, submission("b", false)));
@@ -212,7 +213,7 @@ TEST_CASE("jobs: a full store refuses durable jobs and serves others") {
 TEST_CASE("jobs: an end that cannot be stored is stored later") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto job = begun(submit(bench.jobs, submission("a", true)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   kept.jobs.full = true;
@@ -232,7 +233,7 @@ TEST_CASE("jobs: an end that cannot be stored is stored later") {
 TEST_CASE("jobs: a job that cannot begin while the store is full begins later, with its whole timeout") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto first = begun(submit(bench.jobs, submission("first", true)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   const auto second = begun(submit(bench.jobs, submission("second", true)));
@@ -252,7 +253,7 @@ TEST_CASE("jobs: a job that cannot begin while the store is full begins later, w
 TEST_CASE("jobs: a failing store is asked once a second, not once for each job") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   begun(submit(bench.jobs, submission("first", true)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   for (int i = 0; i < 20; ++i) begun(submit(bench.jobs, submission(std::to_string(i), true)));
@@ -272,7 +273,7 @@ TEST_CASE("jobs: the end of the service leaves running, queued and parked jobs t
   Stand stand;
   std::vector<store::JobKey> keys;
   {
-    Bench bench(kept, stand.fetch());
+    Bench bench(kept, stand);
     keys.push_back(begun(submit(bench.jobs, submission("parked", true)))->key);
     REQUIRE(eventually([&] { return stand.running == 1; }));
     kept.jobs.full = true;
@@ -292,7 +293,7 @@ TEST_CASE("jobs: the end of the service leaves running, queued and parked jobs t
   }
   for (std::size_t i = 1; i < 3; ++i) CHECK(row_of(kept, keys[i]).state == JobState::queued);
   stand.released = true;
-  Bench next(kept, stand.fetch());
+  Bench next(kept, stand);
   for (const auto& key : keys) {
     REQUIRE(eventually([&] { return row_of(kept, key).state == JobState::done; }));
   }
@@ -303,7 +304,7 @@ TEST_CASE("jobs: an end on a full disk loses no accepted job") {
   Stand stand;
   store::JobKey key;
   {
-    Bench bench(kept, stand.fetch());
+    Bench bench(kept, stand);
     key = begun(submit(bench.jobs, submission("a", true)))->key;
     REQUIRE(eventually([&] { return stand.running == 1; }));
     kept.jobs.full = true;
@@ -312,7 +313,7 @@ TEST_CASE("jobs: an end on a full disk loses no accepted job") {
   CHECK(row_of(kept, key).state == JobState::running);
   kept.jobs.full = false;
   stand.released = true;
-  Bench next(kept, stand.fetch());
+  Bench next(kept, stand);
   REQUIRE(eventually([&] { return row_of(kept, key).state == JobState::done; }));
 }
 
@@ -322,7 +323,7 @@ TEST_CASE("jobs: a job that ends during the shutdown is done, and not run again"
   stand.deaf = true;
   store::JobKey key;
   {
-    Bench bench(kept, stand.fetch());
+    Bench bench(kept, stand);
     Submission content_with_any = submission("a", true);  // it converges before it notices the cancel
     content_with_any.options = R"({"tolerance":{"absolute":100}})";
     key = begun(submit(bench.jobs, std::move(content_with_any)))->key;
@@ -343,7 +344,7 @@ TEST_CASE("jobs: a job runs again within the limits of the settings, and with th
   std::shared_ptr<LiveJob> first;
   std::string simd;
   {
-    Bench bench(kept, stand.fetch(), settings);
+    Bench bench(kept, stand, settings);
     first = begun(submit(bench.jobs, submission("a", true)));
     simd = first->request.options.simd;  // borrowed from the bench
     REQUIRE(eventually([&] { return stand.running == 1; }));
@@ -352,7 +353,7 @@ TEST_CASE("jobs: a job runs again within the limits of the settings, and with th
   CHECK(again->request.options.max_memory_bytes == first->request.options.max_memory_bytes);
   CHECK(again->request.options.simd == simd);
   stand.released = true;
-  Bench next(kept, stand.fetch(), settings);
+  Bench next(kept, stand, settings);
   REQUIRE(eventually([&] { return stand.running == 2; }));
   CHECK(eventually([&] { return next.jobs.figures().durable_slots == 0; }));
 }
@@ -369,7 +370,7 @@ TEST_CASE("jobs: a job with unusable meshes or options fails, and says why") {
   }
   Stand stand;
   stand.released = true;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   const auto problem = [&](const std::string& options) {
     const store::JobKey key{"", "job " + options};
     REQUIRE(eventually([&] { return row_of(kept, key).state == JobState::failed; }));
@@ -391,7 +392,7 @@ TEST_CASE("jobs: a job that ends its process five times fails with its last erro
     REQUIRE(store::claim_one(kept.embedded.jobs(), row.key, "a process that dies", now, now + kLong).has_value());
   }
   Stand stand;
-  Bench bench(kept, stand.fetch());
+  Bench bench(kept, stand);
   CHECK(bench.jobs.waiting() == 0);
   CHECK(stand.running == 0);
   CHECK(got(bench.jobs.get(row.key))->row.state == JobState::failed);

@@ -25,18 +25,22 @@ inline Settings of_front_end() {
   return settings;
 }
 
+// For a front end, which loads nothing.
+struct LoadsNothing final : MeshLoader {
+  Result<api::SharedMesh> load(const MeshSource&, MemoryReservation&, Control&) override {
+    return Error{ErrorCode::internal, "a front end reads nothing", "", ""};
+  }
+};
+
 // One process that accepts comparisons.
 struct FrontEnd {
   explicit FrontEnd(Common& kept, Settings chosen = of_front_end(), const std::string& keys_file = "")
       : common(kept), settings(std::move(chosen)), access(keys_file) {
     store::got(access.reload());
     common.jobs.tell_to(signals);
-    jobs.emplace(
-        settings,
-        [](const MeshSource&, MemoryReservation&, Control&) -> Result<api::SharedMesh> {
-          return Error{ErrorCode::internal, "a front end reads nothing", "", ""};
-        },
-        Stores{common.jobs, common.embedded.meshes(), common.embedded.blobs(), signals, cache, true}, access, metrics);
+    jobs.emplace(settings, loader,
+                 Stores{common.jobs, common.embedded.meshes(), common.embedded.blobs(), signals, cache, true}, access,
+                 metrics);
   }
   ~FrontEnd() {
     jobs.reset();
@@ -54,6 +58,7 @@ struct FrontEnd {
   MeshCache cache{0};
   Access access;
   Metrics metrics;
+  LoadsNothing loader;
   std::optional<Jobs> jobs;
 };
 

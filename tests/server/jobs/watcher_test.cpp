@@ -1,5 +1,8 @@
 #include "server/jobs/watcher.h"
 
+#include <atomic>
+
+#include "server/measure/job_document.h"
 #include "shared_bench.h"
 
 using namespace meshgauge;
@@ -16,12 +19,16 @@ struct Scene {
   store::HandSignals signals;
   Metrics metrics;
   StoreErrors store_errors{metrics};
+  struct Ends final : Watcher::Listener {
+    std::atomic<int> count{0};
+    void ended(const LiveJob&, const store::Job&) override { ++count; }
+  } ends;
   std::optional<Watcher> watcher;
   Hands hands{common};
 
   Scene() {
     common.jobs.tell_to(signals);
-    watcher.emplace(common.jobs, store_errors, metrics, Watcher::Options{kLong});
+    watcher.emplace(common.jobs, store_errors, metrics, kLong, ends);
     signals.listen([this](const Signal& signal) { watcher->hear(signal); });
   }
   ~Scene() { signals.stop_listening(); }
@@ -57,8 +64,10 @@ TEST_CASE("watcher: all clients of a job see the same, from its claim to its end
   scene.hands.beat(claimed, {0.5, 2, "traverse"});
   REQUIRE(eventually([&] { return shows(*job, JobState::running, 0.5); }));
   CHECK(job->version() > before);
+  CHECK(scene.ends.count == 0);
   scene.hands.finish(claimed);
   REQUIRE(job->wait_for_end(kLong));
+  CHECK(scene.ends.count == 1);
   const JobView last = job->view();
   CHECK(last.row.state == JobState::done);
   CHECK(last.row.document == Hands::document_of("job"));
@@ -173,6 +182,23 @@ TEST_CASE("watcher: an interval only shrinks, also when the store loses progress
   CHECK(job.view().row.tries == 2);
   CHECK(job.version() == version + 1);
   CHECK(shown(store::Progress{0, 9, "build", "v2"}) == store::Progress{0, 9, "build", "v2"});
+}
+
+TEST_CASE("watcher: a job's document has the gate of its options, whether they were parsed here or not") {
+  store::NewJob row = store::new_job("owner", "job");
+  row.options = R"({"gate": {"max_distance": 0.25, "units": "mm"}})";
+  LiveJob parsed(row, got(api::parse_options(row.options)), MeshSource{}, MeshSource{}, true);
+  LiveJob unparsed(row, std::nullopt, MeshSource{}, MeshSource{}, true);
+  CHECK(parsed.view().request != nullptr);
+  CHECK(unparsed.view().request == nullptr);
+  const std::string document = to_json(parsed.view());
+  CHECK(document.find(R"("gate":{"max_distance":0.25,"units":"mm"})") != std::string::npos);
+  CHECK(to_json(unparsed.view()) == document);
+  JobView last;
+  last.row.state = JobState::done;
+  parsed.ended(last);
+  CHECK(parsed.view().row.state == JobState::done);
+  CHECK(parsed.view().request != nullptr);
 }
 
 TEST_CASE("watcher: a place taken while another client leaves the job is given back") {

@@ -46,21 +46,25 @@ struct KeptStores {
 };
 
 // A load that blocks until it is released or cancelled, and counts its calls.
-struct Stub {
+struct Stub final : server::MeshLoader {
   std::atomic<int> running{0};
   std::atomic<int> cancelled{0};
   std::atomic<bool> released{false};
 
-  server::Fetch fetch() {
-    return [this](const server::MeshSource& source, server::MemoryReservation&,
-                  Control& control) -> Result<api::SharedMesh> {
-      if (source.input.part == "b") return server::stand_in(source);
-      ++running;
-      while (!released && control.check() == Interruption::none)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      cancelled += control.check() == Interruption::cancelled;
-      return server::stand_in(source);
-    };
+  Result<api::SharedMesh> load(const server::MeshSource& source, server::MemoryReservation&,
+                               Control& control) override {
+    if (source.input.part == "b") return server::stand_in(source);
+    ++running;
+    while (!released && control.check() == Interruption::none)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    cancelled += control.check() == Interruption::cancelled;
+    return server::stand_in(source);
+  }
+};
+
+struct Throws final : server::MeshLoader {
+  Result<api::SharedMesh> load(const server::MeshSource&, server::MemoryReservation&, Control&) override {
+    throw std::runtime_error("secret path");
   }
 };
 
@@ -92,7 +96,7 @@ TEST_CASE("service: the response describes the meshes compared") {
   Stub stub;
   stub.released = true;
   KeptStores kept;
-  Service service(small(), stub.fetch(), kept.stores());
+  Service service(small(), stub, kept.stores());
   const int port = service.start().value();
   const auto response = post(port, form("0123456789", R"({"gate": {"max_distance": 1, "units": "mm"}})"));
   REQUIRE(response);
@@ -107,7 +111,7 @@ TEST_CASE("service: the response describes the meshes compared") {
 TEST_CASE("service: a full queue answers 503 at once, and admitted requests are served") {
   Stub stub;
   KeptStores kept;
-  Service service(small(), stub.fetch(), kept.stores());
+  Service service(small(), stub, kept.stores());
   const int port = service.start().value();
   std::atomic<int> refused{0};
   std::vector<std::future<int>> clients;
@@ -135,7 +139,7 @@ TEST_CASE("service: clients that repeat an Idempotency-Key wait for the same job
   KeptStores kept;
   Settings settings = small();
   settings.max_event_streams = 1;
-  Service service(settings, stub.fetch(), kept.stores());
+  Service service(settings, stub, kept.stores());
   const int port = service.start().value();
   std::atomic<int> refused{0};
   const auto repeat = [&] {
@@ -162,7 +166,7 @@ TEST_CASE("service: clients that repeat an Idempotency-Key wait for the same job
 TEST_CASE("service: health is answered while every worker is busy") {
   Stub stub;
   KeptStores kept;
-  Service service(small(), stub.fetch(), kept.stores());
+  Service service(small(), stub, kept.stores());
   const int port = service.start().value();
   auto busy = std::async(std::launch::async, [port] { return post(port)->status; });
   REQUIRE(eventually([&] { return stub.running == 1; }));
@@ -175,7 +179,7 @@ TEST_CASE("service: health is answered while every worker is busy") {
 TEST_CASE("service: a client that disconnects cancels its job") {
   Stub stub;
   KeptStores kept;
-  Service service(small(), stub.fetch(), kept.stores());
+  Service service(small(), stub, kept.stores());
   const int port = service.start().value();
   {
     httplib::Client client("127.0.0.1", port);
@@ -193,7 +197,7 @@ TEST_CASE("service: limits of a part, of the options and of all uploads") {
   Settings settings = small();
   settings.max_upload_bytes = 500;
   KeptStores kept;
-  Service service(settings, stub.fetch(), kept.stores());
+  Service service(settings, stub, kept.stores());
   const int port = service.start().value();
   CHECK(post(port, form(std::string(1001, 'x')))->status == 413);
   CHECK(post(port, form(std::string(3001, 'x')))->status == 413);
@@ -209,7 +213,7 @@ TEST_CASE("service: a comparison gets the threads that are idle, and the operato
   settings.queue = 0;
   settings.simd = "scalar";
   KeptStores kept;
-  Service service(settings, stub.fetch(), kept.stores());
+  Service service(settings, stub, kept.stores());
   const int port = service.start().value();
   const auto engine = [port](const std::string& options) {
     return json::parse(post(port, form("mesh a", options))->body)["engine"];
@@ -234,7 +238,7 @@ TEST_CASE("service: parts are a, b and options, each once") {
   Stub stub;
   stub.released = true;
   KeptStores kept;
-  Service service(small(), stub.fetch(), kept.stores());
+  Service service(small(), stub, kept.stores());
   const int port = service.start().value();
   const auto detail = [&](const httplib::MultipartFormDataItems& items) {
     const auto response = post(port, items);
@@ -251,8 +255,8 @@ TEST_CASE("service: parts are a, b and options, each once") {
 
 TEST_CASE("service: the text of an exception is not sent") {
   KeptStores kept;
-  Service service(
-      small(), [](auto&&...) -> Result<api::SharedMesh> { throw std::runtime_error("secret path"); }, kept.stores());
+  Throws throwing;
+  Service service(small(), throwing, kept.stores());
   const int port = service.start().value();
   const auto response = post(port);
   CHECK(response->status == 500);
@@ -264,7 +268,7 @@ TEST_CASE("service: the text of an exception is not sent") {
 TEST_CASE("service: shutdown cancels running requests and answers them") {
   Stub stub;
   KeptStores kept;
-  auto service = std::make_unique<Service>(small(), stub.fetch(), kept.stores());
+  auto service = std::make_unique<Service>(small(), stub, kept.stores());
   const int port = service->start().value();
   auto running = std::async(std::launch::async, [port] { return post(port)->status; });
   REQUIRE(eventually([&] { return stub.running == 1; }));
@@ -277,7 +281,7 @@ TEST_CASE("service: shutdown cancels running requests and answers them") {
 TEST_CASE("service: a listening socket that fails is noticed while clients keep every thread busy") {
   Stub stub;
   KeptStores kept;
-  Service service(small(), stub.fetch(), kept.stores());
+  Service service(small(), stub, kept.stores());
   const int port = service.start().value();
   httplib::Client steady("127.0.0.1", port);
   steady.set_keep_alive(true);
@@ -295,9 +299,9 @@ TEST_CASE("service: a listening socket that fails is noticed while clients keep 
 TEST_CASE("service: an address in use is an error") {
   Stub stub;
   KeptStores kept;
-  Service first(small(), stub.fetch(), kept.stores());
+  Service first(small(), stub, kept.stores());
   Settings settings = small();
   settings.port = static_cast<std::uint64_t>(first.start().value());
-  Service second(settings, stub.fetch(), kept.stores());
+  Service second(settings, stub, kept.stores());
   CHECK(!second.start().ok());
 }

@@ -1,5 +1,4 @@
 #include "server/measure/map_cache.h"
-#include "server/maps/spare_room.h"
 
 #include <sys/stat.h>
 

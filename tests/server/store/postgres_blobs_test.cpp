@@ -53,9 +53,7 @@ class Blobs {
 
 const std::string kText = long_text(3'500'000);
 
-const RemoteBlobs::Guard kAlone = [](const std::string&, const std::function<Result<bool>()>& removal) {
-  return removal();
-};
+Reservations none_reserved;
 
 }  // namespace
 
@@ -108,7 +106,7 @@ TEST_CASE("PostgreSQL blobs: chunks that the database loses are sent again") {
     CHECK(read == kText);
     CHECK(got(blobs->stored_bytes("ann")) == 3'500'000);
     CHECK(got(blobs->put(key, bytes_of(kText))) == BlobPut::existed);
-    got(blobs->remove_unused(std::vector{key}, 0s, kAlone));
+    got(blobs->remove_unused(std::vector{key}, 0s, none_reserved));
     CHECK(blobs.number("SELECT count(*) FROM blob_chunks") == 4);
     CHECK(blobs.number("SELECT count(*) FROM blob_uploads") == 0);
   }
@@ -179,7 +177,7 @@ TEST_CASE("PostgreSQL blobs: an unfinished upload is no blob, and is removed whe
       "INSERT INTO blob_uploads VALUES ('old', 1000), ('new', (extract(epoch FROM now()) * 1000)::int8), ('gone', 0); "
       "INSERT INTO blob_chunks SELECT upload, i, 'x' FROM unnest('{old,new,gone}'::bytea[]) AS upload, "
       "generate_series(0, 40) AS i");
-  CHECK(got(blobs->remove_unused({}, 0s, kAlone)) == 0);
+  CHECK(got(blobs->remove_unused({}, 0s, none_reserved)) == 0);
   CHECK(blobs.number("SELECT count(*) FROM blob_chunks") == 41);
   CHECK(blobs.number("SELECT count(*) FROM blob_uploads WHERE upload = 'new'") == 1);
   CHECK(blobs.number("SELECT count(*) FROM blob_uploads") == 1);

@@ -17,6 +17,13 @@ using namespace std::chrono_literals;
 
 namespace {
 
+// The other connections of a process.
+struct OtherConnections final : ConnectionHealth {
+  SteadyTime newest_trouble() const override { return troubled ? std::chrono::steady_clock::now() : SteadyTime(); }
+
+  std::atomic<bool> troubled{false};
+};
+
 // The signals that one process has received.
 class Heard {
  public:
@@ -128,7 +135,7 @@ TEST_CASE("processes: the duty lapses for a process that does not ask for it") {
   PostgresForTests stores;
   ControlSettings settings{stores.database(), 0ms};
   settings.duty_lapse = 200ms;
-  const auto well = [] { return SteadyTime(); };
+  OtherConnections well;
   PgControl held_up(settings, well), other(settings, well);
   REQUIRE(eventually([&] { return held_up.on_duty(); }));
   CHECK(eventually([&] { return other.on_duty(); }));
@@ -139,12 +146,11 @@ TEST_CASE("processes: the duty lapses for a process that does not ask for it") {
 TEST_CASE("processes: a process with trouble leaves the duty, however often it asks for it") {
   PostgresForTests stores;
   const ControlSettings settings{stores.database(), 300ms};
-  std::atomic<bool> troubled{false};
-  PgControl first(settings, [&] { return troubled ? std::chrono::steady_clock::now() : SteadyTime(); });
-  PgControl second(settings, [] { return SteadyTime(); });
+  OtherConnections of_first, of_second;
+  PgControl first(settings, of_first), second(settings, of_second);
   REQUIRE(eventually([&] { return first.on_duty(); }));
   CHECK_FALSE(second.on_duty());
-  troubled = true;
+  of_first.troubled = true;
   CHECK_FALSE(first.on_duty());
   CHECK(eventually([&] { return !first.on_duty() && second.on_duty(); }));
 }

@@ -31,10 +31,10 @@ inline Settings with_threads(std::uint64_t threads) {
 
 // The parts of one process.
 struct WorkerBench {
-  WorkerBench(Stores stores, Fetch fetch, WorkerOptions options, const Settings& chosen = one_worker())
+  WorkerBench(Stores stores, MeshLoader& loader, WorkerOptions options, const Settings& chosen = one_worker())
       : settings(chosen),
         threads(settings.workers),
-        measuring(settings, std::move(fetch), metrics, threads, memory, stores.jobs),
+        measuring(settings, loader, metrics, threads, memory, stores.jobs),
         scheduler({settings.workers, settings.workers, 1000}),
         worker(settings, stores, measuring, scheduler, store_errors, metrics, std::move(options)) {}
 

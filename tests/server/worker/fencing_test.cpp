@@ -37,13 +37,13 @@ TEST_CASE("worker: the result of a worker taken for dead is refused, another one
   Stand quick;
   quick.released = true;
   const auto key = put_job(kept, job_named("contested"));
-  WorkerBench stopped(kept.stores(), late.fetch(), silent("stopped"));
+  WorkerBench stopped(kept.stores(), late, silent("stopped"));
   stopped.worker.start();
   REQUIRE(eventually([&] { return late.running == 1; }));
   take_from_all(kept);
   // The stopped worker's next claim must not come first.
   stopped.worker.drain();
-  WorkerBench other(kept.stores(), quick.fetch(), options_of("other"));
+  WorkerBench other(kept.stores(), quick, options_of("other"));
   other.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
   const auto row = row_of(kept, key);
@@ -60,7 +60,7 @@ TEST_CASE("worker: a lost job is ended, and its result is not stored") {
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("lost"));
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1; }));
   const auto now = store::now();
@@ -78,7 +78,7 @@ TEST_CASE("worker: it goes on while the store is away, and stores results afterw
   Stand stand;
   std::vector<store::JobKey> keys;
   for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
   kept.jobs.full = true;
@@ -100,7 +100,7 @@ TEST_CASE("worker: a stop while the store is away ends in time, and the job is r
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
   {
-    WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+    WorkerBench bench(kept.stores(), stand, options_of("w"));
     bench.worker.start();
     REQUIRE(eventually([&] { return stand.running == 1; }));
     kept.jobs.full = true;
@@ -123,7 +123,7 @@ TEST_CASE("worker: jobs of a claim during a stop are handed back") {
     std::this_thread::sleep_for(milliseconds(300));  // a stop that does not wait for the claim has returned by then
     return true;
   };
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return claimed.load(); }));
   bench.worker.stop(seconds(60));
@@ -144,7 +144,7 @@ TEST_CASE("worker: jobs of an unanswered claim are handed back, also while drain
     claimed = true;
     return false;
   };
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return claimed.load(); }));
   CHECK(row_of(kept, key).state == JobState::running);

@@ -14,19 +14,25 @@ using How = PendingResults::Outcome;
 
 namespace {
 
-struct Delivered {
+struct Delivered : PendingResults::Listener {
   std::mutex mutex;
   std::vector<std::pair<std::string, How>> all;
   std::atomic<int> failures{0};
 
-  PendingResults::Delivered hear() {
-    return [this](const PendingResult& delivery, How outcome) {
-      const std::lock_guard lock(mutex);
-      all.emplace_back(delivery.job->live->key.id, outcome);
-    };
+  void delivered(const PendingResult& delivery, How outcome) override {
+    const std::lock_guard lock(mutex);
+    all.emplace_back(delivery.job->live->key.id, outcome);
   }
-  PendingResults::Failed failed() {
-    return [this](const Error&) { ++failures; };
+  void failed(const Error&) override { ++failures; }
+};
+
+// Has no memory for the fourth call.
+struct ShortOfMemory final : Delivered {
+  int left = 3;
+
+  void delivered(const PendingResult& delivery, How outcome) override {
+    if (left-- == 0) throw std::bad_alloc();
+    Delivered::delivered(delivery, outcome);
   }
 };
 
@@ -55,7 +61,7 @@ TEST_CASE("pending results: those that come while the store is busy or away are 
   Delivered delivered;
   std::vector<HeldJobPtr> jobs;
   for (int i = 0; i < 20; ++i) jobs.push_back(claimed(kept, "j" + std::to_string(i)));
-  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  PendingResults results(kept.jobs, {}, delivered);
   kept.jobs.full = true;
   for (const auto& job : jobs) results.add(done(job));
   REQUIRE(eventually([&] { return delivered.failures > 0; }));
@@ -75,7 +81,7 @@ TEST_CASE("pending results: one with an old token is refused, the others are sto
   const auto mine = claimed(kept, "mine");
   const auto lost = claimed(kept, "lost");
   got(kept.embedded.jobs().hand_back(lost->token, "", {store::now(), store::now() + seconds(60)}));
-  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  PendingResults results(kept.jobs, {}, delivered);
   results.add(done(lost));
   results.add(done(mine));
   REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
@@ -87,7 +93,7 @@ TEST_CASE("pending results: a hand-back stores its interval") {
   Kept kept;
   Delivered delivered;
   const auto job = claimed(kept, "back");
-  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  PendingResults results(kept.jobs, {}, delivered);
   results.add({job, std::nullopt, store::Progress{1, 2, "traverse"}, ""});
   REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
   const auto row = row_of(kept, job->live->key);
@@ -101,7 +107,7 @@ TEST_CASE("pending results: an end that the store can never take counts against 
   const auto poison = claimed(kept, "poison");
   const auto other = claimed(kept, "other");
   kept.jobs.refused_document = "poison";
-  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  PendingResults results(kept.jobs, {}, delivered);
   results.add(done(poison, "poison"));
   results.add(done(other));
   REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
@@ -117,7 +123,7 @@ TEST_CASE("pending results: what the store takes neither as an end nor back is k
   const auto damaged = claimed(kept, "damaged");
   const auto back = claimed(kept, "back");
   kept.jobs.set_damaged({"damaged", "back"});
-  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  PendingResults results(kept.jobs, {}, delivered);
   results.add(done(damaged));
   results.add({back, std::nullopt, std::nullopt, ""});
   REQUIRE(eventually([&] { return kept.jobs.refused >= 6; }));  // each more than once
@@ -134,16 +140,10 @@ TEST_CASE("pending results: what the store takes neither as an end nor back is k
 
 TEST_CASE("pending results: out of memory, those that are not settled are tried again, the others are not") {
   Kept kept;
-  Delivered delivered;
+  ShortOfMemory delivered;
   std::vector<HeldJobPtr> jobs;
   for (int i = 0; i < 5; ++i) jobs.push_back(claimed(kept, "j" + std::to_string(i)));
-  int left = 3;
-  const auto hear = delivered.hear();
-  const auto short_of_memory = [&](const PendingResult& delivery, How outcome) {
-    if (left-- == 0) throw std::bad_alloc();
-    hear(delivery, outcome);
-  };
-  PendingResults results(kept.jobs, {}, short_of_memory, delivered.failed());
+  PendingResults results(kept.jobs, {}, delivered);
   kept.jobs.full = true;  // so that they become one group
   for (const auto& job : jobs) results.add(done(job));
   REQUIRE(eventually([&] { return delivered.failures > 0; }));

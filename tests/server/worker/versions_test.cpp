@@ -37,7 +37,7 @@ TEST_CASE("versions: a worker runs another version's job, and the result is not 
   }
   store::NewJob job = job_named("mesh", "first");
   CHECK(counts_of(kept, batch_of(job, "of a version that is not this one")).queued == 1);
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, job.key, JobState::done); }));
   bench.worker.stop();
@@ -82,13 +82,14 @@ TEST_CASE("versions: the interval of another worker stays, if it has the same ve
   got(heartbeat(jobs, before->token, now, {2, 8, "reduce", by}));
   got(jobs.hand_back(before->token, "", {now, now}));
 
-  Stand stand;
-  const Fetch until_released = stand.fetch();
-  const auto beginning = [&](const MeshSource& source, MemoryReservation& memory, Control& control) {
-    control.report({0, kInfinity, "build"});
-    return until_released(source, memory, control);
+  struct Beginning final : Stand {
+    Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation& memory, Control& control) override {
+      control.report({0, std::numeric_limits<double>::infinity(), "build"});
+      return Stand::load(source, memory, control);
+    }
   };
-  WorkerBench bench(kept.stores(), beginning, options_of("w"));
+  Beginning stand;
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] {
     const auto progress = row_of(kept, key).progress;

@@ -28,7 +28,7 @@ TEST_CASE("worker: queued jobs run, smallest first, and their ends are stored") 
     job.created = now;
     keys.push_back(put_job(kept, job));
   }
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   for (const auto& key : keys) CHECK(eventually([&] { return has_state(kept, key, JobState::done); }));
   CHECK(stand.order == std::vector<std::string>{"small", "middle", "large"});
@@ -45,7 +45,7 @@ TEST_CASE("worker: a signal announces later jobs") {
   stand.released = true;
   auto options = options_of("w");
   options.poll = std::chrono::hours(1);
-  WorkerBench bench(kept.stores(), stand.fetch(), options);
+  WorkerBench bench(kept.stores(), stand, options);
   bench.worker.start();
   const auto key = put_job(kept, job_named("late"));
   bench.worker.wake();
@@ -58,8 +58,8 @@ TEST_CASE("worker: two share a batch, each job is run once") {
   stand.released = true;
   std::vector<store::JobKey> keys;
   for (int i = 0; i < 50; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
-  WorkerBench one(kept.stores(), stand.fetch(), options_of("one"), with_threads(2));
-  WorkerBench two(kept.stores(), stand.fetch(), options_of("two"), with_threads(2));
+  WorkerBench one(kept.stores(), stand, options_of("one"), with_threads(2));
+  WorkerBench two(kept.stores(), stand, options_of("two"), with_threads(2));
   one.worker.start();
   two.worker.start();
   for (const auto& key : keys) REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
@@ -71,7 +71,7 @@ TEST_CASE("worker: an owner's cancel ends a running job with the interval reache
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1; }));
   got(kept.embedded.jobs().request_cancel(key, {store::now(), store::now() + seconds(60)}));
@@ -84,7 +84,7 @@ TEST_CASE("worker: an owner's cancel ends a running job with the interval reache
 TEST_CASE("worker: a cancel before the answer of the claim is remembered") {
   Kept kept;
   Stand stand;
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.cancel({"", "early"});
   const auto key = put_job(kept, job_named("early"));
   bench.worker.start();
@@ -94,7 +94,7 @@ TEST_CASE("worker: a cancel before the answer of the claim is remembered") {
 TEST_CASE("worker: an owner's cancel ends a job that waits for a thread, which another keeps") {
   Kept kept;
   Stand stand;
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   std::promise<void> released;
   const auto cancelled = [&](const store::JobKey& key) {
     got(kept.embedded.jobs().request_cancel(key, {store::now(), store::now() + seconds(60)}));
@@ -135,7 +135,7 @@ TEST_CASE("worker: draining hands back jobs that have not begun, without blame, 
   Stand stand;
   std::vector<store::JobKey> keys;
   for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
   bench.worker.drain();
@@ -157,7 +157,7 @@ TEST_CASE("worker: stopping hands back running jobs with their intervals") {
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
   {
-    WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+    WorkerBench bench(kept.stores(), stand, options_of("w"));
     bench.worker.start();
     REQUIRE(eventually([&] { return stand.running == 1; }));
     bench.worker.stop();
@@ -169,10 +169,31 @@ TEST_CASE("worker: stopping hands back running jobs with their intervals") {
   CHECK_FALSE(row.suspected);
   REQUIRE(row.progress.has_value());
   stand.released = true;
-  WorkerBench next(kept.stores(), stand.fetch(), options_of("next"));
+  WorkerBench next(kept.stores(), stand, options_of("next"));
   next.worker.start();
   CHECK(eventually([&] { return has_state(kept, key, JobState::done); }));
 }
+
+namespace {
+
+// Counts the comparisons that run while the one of "suspect" does.
+struct CountsBesideSuspect final : MeshLoader {
+  Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation&, Control&) override {
+    if (source.input.part == "b") return stand_in(source);
+    ++running;
+    std::this_thread::sleep_for(milliseconds(5));
+    if (source.input.filename == "suspect") beside_suspect = running - 1;
+    std::this_thread::sleep_for(milliseconds(1));
+    if (source.input.filename == "suspect") beside_suspect += running - 1;
+    --running;
+    return stand_in(source);
+  }
+
+  std::atomic<int> running{0};
+  std::atomic<int> beside_suspect{0};
+};
+
+}  // namespace
 
 TEST_CASE("worker: a suspected job runs alone") {
   Kept kept;
@@ -184,22 +205,11 @@ TEST_CASE("worker: a suspected job runs alone") {
   std::vector<store::JobKey> keys{key};
   for (unsigned i = 0; i < 20; ++i)
     keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "", i * 10'000'000U)));
-  std::atomic<int> running{0};
-  std::atomic<int> beside_suspect{0};
-  const Fetch fetch = [&](const MeshSource& source, MemoryReservation&, Control&) -> Result<api::SharedMesh> {
-    if (source.input.part == "b") return stand_in(source);
-    ++running;
-    std::this_thread::sleep_for(milliseconds(5));
-    if (source.input.filename == "suspect") beside_suspect = running - 1;
-    std::this_thread::sleep_for(milliseconds(1));
-    if (source.input.filename == "suspect") beside_suspect += running - 1;
-    --running;
-    return stand_in(source);
-  };
-  WorkerBench bench(kept.stores(), fetch, options_of("w"), with_threads(4));
+  CountsBesideSuspect counting;
+  WorkerBench bench(kept.stores(), counting, options_of("w"), with_threads(4));
   bench.worker.start();
   for (const auto& each : keys) REQUIRE(eventually([&] { return has_state(kept, each, JobState::done); }));
-  CHECK(beside_suspect == 0);
+  CHECK(counting.beside_suspect == 0);
 }
 
 namespace {
@@ -218,24 +228,26 @@ void lose(Kept& kept, const std::string& worker) {
 }
 
 // The comparison "long" lasts until it is released, all others end at once.
-Fetch lasting(const std::atomic<bool>& released) {
-  return [&](const MeshSource& source, MemoryReservation&, Control& control) -> Result<api::SharedMesh> {
+struct Lasting final : MeshLoader {
+  Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation&, Control& control) override {
     while (source.input.filename == "long" && !released && control.check() == Interruption::none) {
       std::this_thread::sleep_for(milliseconds(1));
     }
     return stand_in(source);
-  };
-}
+  }
+
+  std::atomic<bool> released{false};
+};
 
 }  // namespace
 
 TEST_CASE("worker: a suspected job blocks no other while something runs") {
   Kept kept;
-  std::atomic<bool> released{false};
+  Lasting lasting;
   const auto suspect = put_running(kept, "suspect");
   auto options = options_of("w");
   options.pass_over = std::chrono::hours(1);
-  WorkerBench bench(kept.stores(), lasting(released), options, with_threads(2));
+  WorkerBench bench(kept.stores(), lasting, options, with_threads(2));
   bench.worker.start();
   const auto longest = put_job(kept, job_named("long"));
   REQUIRE(eventually([&] { return bench.worker.running() == 1; }));
@@ -247,17 +259,17 @@ TEST_CASE("worker: a suspected job blocks no other while something runs") {
   CHECK(row_of(kept, suspect).suspected);
   CHECK(has_state(kept, suspect, JobState::queued));  // other workers may claim it
   CHECK(has_state(kept, longest, JobState::running));
-  released = true;
+  lasting.released = true;
   CHECK(eventually([&] { return has_state(kept, suspect, JobState::done); }));
 }
 
 TEST_CASE("worker: a suspected job has its turn on a busy worker") {
   Kept kept;
-  std::atomic<bool> released{false};
+  Lasting lasting;
   const auto suspect = put_running(kept, "suspect");
   auto options = options_of("w");
   options.pass_over = milliseconds(50);
-  WorkerBench bench(kept.stores(), lasting(released), options, with_threads(2));
+  WorkerBench bench(kept.stores(), lasting, options, with_threads(2));
   bench.worker.start();
   put_job(kept, job_named("long"));
   REQUIRE(eventually([&] { return bench.worker.running() == 1; }));
@@ -266,7 +278,7 @@ TEST_CASE("worker: a suspected job has its turn on a busy worker") {
   const auto later = put_job(kept, job_named("later"));
   CHECK(bench.worker.running() == 1);  // it waits for that
   CHECK(has_state(kept, later, JobState::queued));
-  released = true;
+  lasting.released = true;
   CHECK(eventually([&] { return has_state(kept, suspect, JobState::done); }));
   CHECK(eventually([&] { return has_state(kept, later, JobState::done); }));
 }
@@ -284,7 +296,7 @@ TEST_CASE("worker: when it is lost, the jobs that it ran are suspected, those in
     found_none = found_none || some.empty();
     return true;
   };
-  WorkerBench bench(kept.stores(), stand.fetch(), options);
+  WorkerBench bench(kept.stores(), stand, options);
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10 && found_none; }));
   REQUIRE(eventually([&] { return row_of(kept, keys[0]).progress.has_value(); }));  // soon, though it is of a batch
@@ -307,7 +319,7 @@ TEST_CASE("worker: the time of a job begins with its run, and ends with its clie
   patient.created -= std::chrono::hours(1);
   const auto durable = put_job(kept, patient);
   const auto start = Control::Clock::now();
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, awaited, JobState::done); }));
   REQUIRE(eventually([&] { return has_state(kept, durable, JobState::done); }));
@@ -320,9 +332,12 @@ TEST_CASE("worker: the time of a job begins with its run, and ends with its clie
 TEST_CASE("worker: a job that times out before its meshes are read has ended, and is not tried again") {
   Kept kept;
   const auto key = put_job(kept, job_named("late"));
-  const auto too_late = [](const MeshSource&, MemoryReservation&, Control&) {
-    return Result<api::SharedMesh>(Error{ErrorCode::out_of_time, "the time was over", "", ""});
+  struct TooLate final : MeshLoader {
+    Result<api::SharedMesh> load(const MeshSource&, MemoryReservation&, Control&) override {
+      return Error{ErrorCode::out_of_time, "the time was over", "", ""};
+    }
   };
+  TooLate too_late;
   WorkerBench bench(kept.stores(), too_late, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
@@ -336,7 +351,7 @@ TEST_CASE("worker: a job without its meshes fails, and says why") {
   stand.released = true;
   const auto key = job_named("gone").key;
   got(kept.embedded.jobs().insert(job_named("gone")));
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
   const auto row = row_of(kept, key);
@@ -351,7 +366,7 @@ TEST_CASE("worker: a job whose options this version does not know fails, and say
   store::NewJob job = job_named("strange");
   job.options = R"({"of_later":1})";
   const auto key = put_job(kept, job);
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
   CHECK(row_of(kept, key).problem.find("of_later") != std::string::npos);
@@ -363,7 +378,7 @@ TEST_CASE("worker: blobs are removed with the last job that needs them") {
   stand.released = true;
   const auto job = job_named("last", "batch");  // blobs of single jobs are removed by Jobs
   const auto key = put_job(kept, job);
-  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand, options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return bench.worker.held() == 0 && has_state(kept, key, JobState::done); }));
   CHECK_FALSE(got(kept.embedded.blobs().exists({"", job.mesh_a})));

@@ -7,8 +7,10 @@
 
 #include <atomic>
 #include <fstream>
+#include <functional>
 #include <new>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "../store_text.h"
@@ -20,9 +22,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-const RemoteBlobs::Guard kAlone = [](const std::string&, const std::function<Result<bool>()>& removal) {
-  return removal();
-};
+Reservations none_reserved;
 
 S3Blobs blobs_of(const S3Double& server, S3BlobOptions options = options_for_tests()) {
   return S3Blobs(server.settings(), options, limits_for_tests());
@@ -36,6 +36,21 @@ std::string fetched(S3Blobs& blobs, const BlobKey& key) {
   }));
   return found ? text : "none";
 }
+
+// Renews a blob that was listed, before it is removed.
+class RenewsOne final : public Reservations {
+ public:
+  RenewsOne(S3Blobs& blobs, BlobKey key) : blobs_(blobs), key_(std::move(key)) {}
+
+  Result<bool> unless_held(const std::string& name, const std::function<Result<bool>()>& work) override {
+    if (name == blob_name(key_)) REQUIRE(got(blobs_.renew(key_)));
+    return Reservations::unless_held(name, work);
+  }
+
+ private:
+  S3Blobs& blobs_;
+  const BlobKey key_;
+};
 
 std::string refusal_of(const S3Settings& settings) {
   S3Blobs blobs(settings, options_for_tests(), limits_for_tests());
@@ -52,7 +67,7 @@ void round_trip(const S3Settings& settings) {
   CHECK(got(blobs.put(key, bytes_of(text))) == BlobPut::created);
   CHECK(fetched(blobs, key) == text);
   CHECK(got(blobs.stored_bytes("ann")) == text.size());
-  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 1);
+  CHECK(got(blobs.remove_unused({}, 0s, none_reserved)) == 1);
   CHECK(fetched(blobs, key) == "none");
 }
 
@@ -138,13 +153,13 @@ TEST_CASE("S3: a young blob is not copied for each job, and kept for as much lon
   CHECK(got(blobs.renew(key)));
   CHECK(server.count("PUT", "") == 0);
   server.control("age", 55);
-  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 0);
+  CHECK(got(blobs.remove_unused({}, 0s, none_reserved)) == 0);
   server.control("age", 10);
   CHECK(got(blobs.renew(key)));
   CHECK(server.count("PUT", "") == 1);
-  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 0);
+  CHECK(got(blobs.remove_unused({}, 0s, none_reserved)) == 0);
   server.control("age", 65);
-  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 1);
+  CHECK(got(blobs.remove_unused({}, 0s, none_reserved)) == 1);
 }
 
 TEST_CASE("S3: many pages, and objects of others stay") {
@@ -165,11 +180,11 @@ TEST_CASE("S3: many pages, and objects of others stay") {
   server.control("plant", plants);
   CHECK(got(blobs.stored_bytes("ann")) == 62);
   server.count("GET", "");
-  CHECK(got(blobs.remove_unused(std::span(keys).first(20), 10s, kAlone)) == 40);
+  CHECK(got(blobs.remove_unused(std::span(keys).first(20), 10s, none_reserved)) == 40);
   CHECK(server.count("GET", "list-type") == 10);
   CHECK(got(blobs.stored_bytes("ann")) == 22);
-  CHECK(got(blobs.remove_unused({}, 2000s, kAlone)) == 0);
-  CHECK(got(blobs.remove_unused({}, 10s, kAlone)) == 20);
+  CHECK(got(blobs.remove_unused({}, 2000s, none_reserved)) == 0);
+  CHECK(got(blobs.remove_unused({}, 10s, none_reserved)) == 20);
   CHECK(server.control("state", nullptr)["objects"].size() == 5);
 }
 
@@ -178,12 +193,9 @@ TEST_CASE("S3: a blob that is renewed or reserved between listing and removal st
   S3Blobs blobs = blobs_of(server);
   for (const char* text : {"a", "b", "c"}) got(blobs.put(key_of("ann", text), bytes_of(text)));
   server.control("age", 100);
-  const RemoteBlobs::Guard busy = [&](const std::string& name, const std::function<Result<bool>()>& removal) {
-    if (name == blob_name(key_of("ann", "a"))) return Result<bool>(false);
-    if (name == blob_name(key_of("ann", "b"))) REQUIRE(got(blobs.renew(key_of("ann", "b"))));
-    return removal();
-  };
-  CHECK(got(blobs.remove_unused({}, 10s, busy)) == 1);
+  RenewsOne reservations(blobs, key_of("ann", "b"));
+  const Reservations::Held held(reservations, key_of("ann", "a"));
+  CHECK(got(blobs.remove_unused({}, 10s, reservations)) == 1);
   CHECK(got(blobs.exists(key_of("ann", "a"))));
   CHECK(got(blobs.exists(key_of("ann", "b"))));
   CHECK_FALSE(got(blobs.exists(key_of("ann", "c"))));
@@ -200,10 +212,10 @@ TEST_CASE("S3: abandoned uploads are aborted") {
     CHECK(client.begin_upload(server.settings().prefix + "/" + blob_name(key_of("ann", text))).ok());
   }
   CHECK(client.begin_upload("another's").ok());
-  got(blobs.remove_unused({}, 0s, kAlone));
+  got(blobs.remove_unused({}, 0s, none_reserved));
   CHECK(server.control("state", nullptr)["uploads"].size() == 4);
   server.control("age", 3700);
-  got(blobs.remove_unused({}, 0s, kAlone));
+  got(blobs.remove_unused({}, 0s, none_reserved));
   CHECK(server.control("state", nullptr)["uploads"] == nlohmann::json{"another's"});
 }
 
@@ -243,7 +255,7 @@ TEST_CASE("S3, any server: missing objects, abandoned uploads, wrong bytes and k
   const std::string left = got(client.begin_upload(object));
   const std::string etag = got(client.put_part(object, left, 1, bytes, key.id));
   CHECK(got(client.list_uploads(settings.prefix + "/", "", "")).uploads.size() == 1);
-  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 0);
+  CHECK(got(blobs.remove_unused({}, 0s, none_reserved)) == 0);
   CHECK(got(client.list_uploads(settings.prefix + "/", "", "")).uploads.empty());
   CHECK(client.abort_upload(object, left).ok());
   const Result<bool> aborted = client.complete_upload(object, left, {etag});  // Ceph 16 has an InternalError for it
@@ -265,7 +277,7 @@ TEST_CASE("S3, any server: missing objects, abandoned uploads, wrong bytes and k
   wrong = settings;
   wrong.bucket = "another-bucket-of-tests";
   CHECK(refusal_of(wrong).find("S3 answers 40") != std::string::npos);
-  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 1);
+  CHECK(got(blobs.remove_unused({}, 0s, none_reserved)) == 1);
 }
 
 TEST_CASE("S3: one connection serves one request after another") {
