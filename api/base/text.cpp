@@ -14,4 +14,12 @@ double out_of_range_value(const char* first, const char* last) {
   return strtod_l(digits.c_str(), nullptr, c_locale);
 }
 
+std::string printable(std::string_view text, std::size_t longest) {
+  std::string out(text.substr(0, longest));
+  for (char& c : out) c = c >= ' ' && c <= '~' ? c : '?';
+  return text.size() > longest ? out + "..." : out;
+}
+
+std::string in_quotes(std::string_view text) { return "'" + printable(text, 32) + "'"; }
+
 }  // namespace meshgauge::api

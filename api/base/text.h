@@ -1,4 +1,4 @@
-// Parses numbers and words of the text formats. All functions read only [p, end).
+// Numbers and words of text: parsed within [p, end), and shown in messages.
 #pragma once
 
 #include <charconv>
@@ -108,5 +108,10 @@ inline const char* parse_integer(const char* p, const char* end, std::int64_t& v
   value = negative ? -magnitude : magnitude;
   return p;
 }
+
+// Returns foreign text for a message: at most `longest` characters, printable ASCII only. in_quotes() puts at most
+// 32 characters into single quotes.
+std::string printable(std::string_view text, std::size_t longest);
+std::string in_quotes(std::string_view text);
 
 }  // namespace meshgauge::api

@@ -20,8 +20,8 @@
 #include <vector>
 
 #include "api/base/units.h"
-#include "api/formats/file/groups.h"
-#include "api/formats/file/unread.h"
+#include "api/formats/groups.h"
+#include "api/formats/unread.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
 

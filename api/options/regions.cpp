@@ -4,7 +4,7 @@
 #include <variant>
 
 #include "api/base/json_filter.h"
-#include "api/formats/file/groups.h"
+#include "api/formats/groups.h"
 #include "api/options/gate.h"
 #include "api/options/parts.h"
 

@@ -5,7 +5,7 @@
 
 #include <doctest/doctest.h>
 
-#include "api/formats/file/unread.h"
+#include "api/formats/unread.h"
 #include "check/criteria.h"
 #include "check/reports/wording.h"
 

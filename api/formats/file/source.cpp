@@ -7,8 +7,6 @@
 #include <memory>
 #include <utility>
 
-#include "api/base/text.h"
-
 namespace meshgauge::api {
 namespace {
 
@@ -43,14 +41,6 @@ Error about(std::string_view part, ErrorCode code, const std::string& what) {
 Error out_of_memory(std::string_view part) {
   return about(part, ErrorCode::too_large, "needs more memory than is available");
 }
-
-std::string printable(std::string_view text, std::size_t longest) {
-  std::string out(text.substr(0, longest));
-  for (char& c : out) c = c >= ' ' && c <= '~' ? c : '?';
-  return text.size() > longest ? out + "..." : out;
-}
-
-std::string in_quotes(std::string_view text) { return "'" + printable(text, 32) + "'"; }
 
 Error too_many(const Source& source, std::string_view things, std::size_t limit) {
   return about(source.part, ErrorCode::too_large,

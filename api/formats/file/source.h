@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "api/base/text.h"
 #include "api/formats/format.h"
 
 namespace meshgauge::api {
@@ -30,11 +31,6 @@ Error at_line(const Source& source, const char* place, ErrorCode code, const std
 Error at_byte(const Source& source, std::size_t offset, ErrorCode code, const std::string& what);
 Error about(std::string_view part, ErrorCode code, const std::string& what);
 Error out_of_memory(std::string_view part);
-
-// Returns text of the file for a message: at most `longest` characters, printable ASCII only. in_quotes() puts at most
-// 32 characters into single quotes.
-std::string printable(std::string_view text, std::size_t longest);
-std::string in_quotes(std::string_view text);
 
 // Returns the too_large error for more `things` ("vertices") than `limit`. vertex_limit() is max_vertices, or less if
 // 32-bit indices require it.

@@ -10,8 +10,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "api/formats/file/unread.h"
 #include "api/formats/gltf/gltf_container.h"
+#include "api/formats/unread.h"
 
 namespace meshgauge::api {
 

@@ -6,9 +6,9 @@
 #include <iterator>
 
 #include "api/base/text.h"
-#include "api/formats/file/unread.h"
 #include "api/formats/three_mf/three_mf_attributes.h"
 #include "api/formats/three_mf/three_mf_volumes.h"
+#include "api/formats/unread.h"
 
 namespace meshgauge::api {
 namespace {

@@ -1,4 +1,4 @@
-#include "api/formats/file/unread.h"
+#include "api/formats/unread.h"
 
 #include <doctest/doctest.h>
 

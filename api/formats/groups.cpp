@@ -1,4 +1,4 @@
-#include "api/formats/file/groups.h"
+#include "api/formats/groups.h"
 
 #include <algorithm>
 #include <functional>

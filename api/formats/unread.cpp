@@ -1,8 +1,8 @@
-#include "api/formats/file/unread.h"
+#include "api/formats/unread.h"
 
 #include <algorithm>
 
-#include "api/formats/file/source.h"
+#include "api/base/text.h"
 
 namespace meshgauge::api {
 
