@@ -19,7 +19,6 @@
 
 namespace meshgauge::check {
 
-using api::Expectation;
 using api::Expectations;
 using api::LengthUnit;
 

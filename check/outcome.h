@@ -13,16 +13,17 @@
 #include <nlohmann/json.hpp>
 
 #include "api/compare/prepared_mesh.h"
-#include "api/options/gate.h"
 #include "api/result/criteria.h"
+#include "api/result/examination.h"
 #include "api/result/result_document.h"
+#include "api/result/verdict.h"
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
 
-// pass, fail, undecided: the interval against the limit (api/options/gate.h), or an expectation. error: there is no
+// pass, fail, undecided: the interval against the limit (api/result/verdict.h), or an expectation. error: there is no
 // interval, because a file is missing or unreadable or the service cannot be reached.
 enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
@@ -45,6 +46,7 @@ enum class Undecided {
 using Witness = api::ResultWitness;
 
 using api::Criterion;
+using api::Expectation;
 
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
 struct Measured {

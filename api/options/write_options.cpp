@@ -1,5 +1,6 @@
 #include "api/options/write_options.h"
 
+#include <cstdint>
 #include <variant>
 
 #include <nlohmann/json.hpp>
@@ -16,6 +17,19 @@ void put(const Sphere& sphere, Json& json) {
   json["sphere"] = {{"centre", api::json_of(sphere.centre)}, {"radius", sphere.radius}};
 }
 void put(const Group& group, Json& json) { json["group"] = group.name; }
+
+Json span_of(const Span& span) {
+  auto json = Json::object();
+  if (span.min) json["min"] = *span.min;
+  if (span.max) json["max"] = *span.max;
+  return json;
+}
+
+Json count_of(const Span& span) {
+  auto json = span.min && span.min == span.max ? Json(*span.min) : span_of(span);
+  for (auto& end : json) end = static_cast<std::uint64_t>(end.get<double>());  // in kCountRange, of whole numbers
+  return json;
+}
 
 }  // namespace
 
@@ -39,6 +53,18 @@ Json json_of(const Region& region) {
   Json json{{"name", region.name}};
   std::visit([&](const auto& shape) { put(shape, json); }, region.shape);
   if (region.max_distance) json["max_distance"] = *region.max_distance;
+  return json;
+}
+
+Json json_of(const Expectations& expect) {
+  auto json = Json::object();
+  if (expect.watertight) json["watertight"] = *expect.watertight;
+  if (expect.oriented) json["oriented"] = *expect.oriented;
+  if (expect.triangles) json["triangles"] = count_of(*expect.triangles);
+  if (expect.degenerate) json["degenerate"] = count_of(*expect.degenerate);
+  if (expect.components) json["components"] = count_of(*expect.components);
+  if (expect.volume) json["volume"] = span_of(*expect.volume);
+  if (expect.volume_within) json["volume"]["within"] = *expect.volume_within;
   return json;
 }
 

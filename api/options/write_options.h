@@ -22,6 +22,7 @@ Json json_of(const Tolerance& asked);  // has only the rules that are set
 Json json_of(const ShareLimit& limit);
 Json json_of(const SideOptions::Zone& zone);  // [-inside, outside]
 Json json_of(const Region& region);
+Json json_of(const Expectations& expect);  // members in a fixed order; a count of one value is a number
 Json json_of(const AlignOptions& options);
 Json json_of(const RigidMotion& motion);  // {"row_major": [16 numbers]}
 // The limits of a request, as results, jobs and lists of failures show them; null: it has none.

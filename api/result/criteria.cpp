@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "api/base/figures.h"
+#include "api/options/gate.h"
 #include "api/options/names.h"
 #include "api/options/request.h"
 #include "api/result/json_of.h"
-#include "api/result/response.h"
 #include "api/result/result_document.h"
 
 namespace meshgauge::api {
@@ -223,8 +223,12 @@ Criterion criterion_of(const Expectation& expectation) {
 }
 
 std::vector<Criterion> criteria_of(const Comparison& comparison) {
+  return criteria_of(comparison, expectations_of(comparison));
+}
+
+std::vector<Criterion> criteria_of(const Comparison& comparison, const std::vector<Expectation>& expectations) {
   auto criteria = criteria_of(comparison.outcome, comparison.options, comparison.units.result.unit);
-  for (const Expectation& one : expectations_of(comparison)) criteria.push_back(criterion_of(one));
+  for (const Expectation& one : expectations) criteria.push_back(criterion_of(one));
   return criteria;
 }
 

@@ -14,7 +14,8 @@
 
 #include "api/base/figures.h"
 #include "api/compare/compare.h"
-#include "api/options/gate.h"
+#include "api/result/examination.h"
+#include "api/result/verdict.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
@@ -62,6 +63,8 @@ std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptio
 
 // Returns the limits, and behind them the expectations.
 std::vector<Criterion> criteria_of(const Comparison& comparison);
+// `expectations`: expectations_of(comparison).
+std::vector<Criterion> criteria_of(const Comparison& comparison, const std::vector<Expectation>& expectations);
 Criterion criterion_of(const Expectation& expectation);
 
 // Returns the worst verdict; nullopt: there is no criterion.

@@ -9,6 +9,7 @@
 #include "api/options/gate.h"
 #include "api/options/names.h"
 #include "api/result/notes.h"
+#include "api/result/verdict.h"
 
 namespace meshgauge::api {
 namespace {
@@ -145,6 +146,14 @@ Json json_of(const std::optional<Topology>& topology) {
           {"non_manifold_edges", of_edges(topology->non_manifold)},
           {"flipped_edges", of_edges(topology->flipped)},
           {"volume", volume ? interval(volume->lower, volume->upper) : Json(nullptr)}};
+}
+
+Json meshes_of(const Comparison& comparison) {
+  Json json{{"a", json_of(comparison.a, comparison.units.a)}, {"b", json_of(comparison.b, comparison.units.b)}};
+  if (!comparison.options.topology) return json;
+  json["a"]["topology"] = json_of(comparison.a.topology);
+  json["b"]["topology"] = json_of(comparison.b.topology);
+  return json;
 }
 
 Json regions_of(const Outcome& outcome, const ComparisonOptions& options) {

@@ -18,6 +18,7 @@ Json json_of(const std::optional<Directed>& directed);
 Json json_of(const KnownUnit& known);
 Json json_of(const MeshFacts& facts, const KnownUnit& unit);
 Json json_of(const std::optional<Topology>& topology);
+Json meshes_of(const Comparison& comparison);  // facts of both, with the topology where it was asked for
 
 // What was measured of the regions, in the order of Outcome::regions.
 Json regions_of(const Outcome& outcome, const ComparisonOptions& options);

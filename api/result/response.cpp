@@ -2,11 +2,13 @@
 
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "api/options/names.h"
 #include "api/result/criteria.h"
+#include "api/result/examination.h"
 #include "api/result/json_of.h"
 #include "api/result/notes.h"
 #include "engine/hausdorff.h"
@@ -27,18 +29,9 @@ Json json_of(const Tolerance& tolerance, const Outcome& outcome) {
           {"met_by", outcome.met_by ? Json(name_of(kRules, *outcome.met_by)) : Json(nullptr)}};
 }
 
-Json timings(const Comparison& comparison) {
+Json timings(const std::vector<Stage>& stages) {
   Json json;
-  for (const Stage& stage : stages(comparison)) json[stage.name] = stage.ms;
-  return json;
-}
-
-Json meshes(const Comparison& comparison) {
-  Json json{{"a", api::json_of(comparison.a, comparison.units.a)},
-            {"b", api::json_of(comparison.b, comparison.units.b)}};
-  if (!comparison.options.topology) return json;
-  json["a"]["topology"] = api::json_of(comparison.a.topology);
-  json["b"]["topology"] = api::json_of(comparison.b.topology);
+  for (const Stage& stage : stages) json[stage.name] = stage.ms;
   return json;
 }
 
@@ -113,46 +106,6 @@ std::vector<Stage> stages(const Comparison& comparison) {
   return all;
 }
 
-std::vector<Expectation> expectations_of(const Comparison& comparison) {
-  if (!comparison.options.expect.any()) return {};
-  const auto& unit = comparison.units.result.unit;
-  return examined(comparison.options.expect, meshes(comparison), unit ? std::string(to_string(*unit)) : std::string());
-}
-
-std::string to_json(const Comparison& comparison) {
-  const Outcome& outcome = comparison.outcome;
-  const auto criteria = criteria_of(comparison);
-  const auto found = worst(criteria);
-  Json json{{"id", comparison.id},
-            {"status", name_of(kStops, outcome.stop)},
-            {"verdict", found ? Json(to_string(*found)) : Json(nullptr)},
-            {"gate", gate_of(comparison.options)},
-            {"unit", json_of(comparison.units.result)},
-            {"notes", notes_of(comparison)},
-            {"direction", name_of(kDirections, comparison.options.direction)},
-            {"distance", interval(outcome.lower, outcome.upper)},
-            {"a_to_b", json_of(outcome.a_to_b)},
-            {"b_to_a", json_of(outcome.b_to_a)},
-            {"tolerance", json_of(comparison.options.tolerance, outcome)},
-            {"precision_floor", outcome.precision_floor},
-            {"timings_ms", timings(comparison)},
-            {"meshes", meshes(comparison)},
-            {"engine", engine(comparison.options, outcome)},
-            {"statistics", json_of(outcome.statistics)}};
-  if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *comparison.options.align);
-  if (comparison.options.expect.any()) {
-    json["expect"] = api::json_of(comparison.options.expect);
-    json["expectations"] = api::json_of(expectations_of(comparison));
-  }
-  if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, comparison.options);
-  if (outcome.areas) json["areas"] = json_of(*outcome.areas);
-  if (outcome.sides) json["sides"] = json_of(*outcome.sides, comparison.units.result.unit);
-  add_limits(criteria, comparison.units.result.unit, json);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string to_server_timing(const Comparison& comparison) { return to_server_timing(stages(comparison)); }
-
 std::string to_server_timing(const std::vector<Stage>& stages) {
   std::string header;
   for (const Stage& stage : stages) {
@@ -162,5 +115,48 @@ std::string to_server_timing(const std::vector<Stage>& stages) {
   }
   return header;
 }
+
+WrittenResult written(const Comparison& comparison) {
+  const ComparisonOptions& options = comparison.options;
+  const Outcome& outcome = comparison.outcome;
+  const auto& unit = comparison.units.result;
+  Json gate = gate_of(options), tolerance = json_of(options.tolerance, outcome);
+  const auto expectations = expectations_of(comparison);
+  const auto criteria = criteria_of(comparison, expectations);
+  const auto verdict = worst(criteria);
+  WrittenResult result;
+  if (verdict) result.verdict = to_string(*verdict);
+  result.stages = stages(comparison);
+  result.timing = to_server_timing(result.stages);
+  Json json{{"id", comparison.id},
+            {"status", name_of(kStops, outcome.stop)},
+            {"verdict", text_or_null(result.verdict)},
+            {"gate", std::move(gate)},
+            {"unit", json_of(unit)},
+            {"notes", notes_of(comparison)},
+            {"direction", name_of(kDirections, options.direction)},
+            {"distance", interval(outcome.lower, outcome.upper)},
+            {"a_to_b", json_of(outcome.a_to_b)},
+            {"b_to_a", json_of(outcome.b_to_a)},
+            {"tolerance", std::move(tolerance)},
+            {"precision_floor", outcome.precision_floor},
+            {"timings_ms", timings(result.stages)},
+            {"meshes", meshes_of(comparison)},
+            {"engine", engine(options, outcome)},
+            {"statistics", json_of(outcome.statistics)}};
+  if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *options.align);
+  if (options.expect.any()) {
+    json["expect"] = api::json_of(options.expect);
+    json["expectations"] = api::json_of(expectations);
+  }
+  if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, options);
+  if (outcome.areas) json["areas"] = json_of(*outcome.areas);
+  if (outcome.sides) json["sides"] = json_of(*outcome.sides, unit.unit);
+  add_limits(criteria, unit.unit, json);
+  result.document = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return result;
+}
+
+std::string to_json(const Comparison& comparison) { return written(comparison).document; }
 
 }  // namespace meshgauge::api

@@ -1,21 +1,13 @@
-// Writes the result of a comparison as JSON, the same for HTTP and the command line.
+// Writes the result of a comparison, the same for HTTP and the command line.
 #pragma once
 
-#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "api/compare/compare.h"
-#include "api/options/expectations.h"
-#include "api/options/gate.h"
 
 namespace meshgauge::api {
-
-// Returns compact JSON with keys in a fixed order. Numbers round-trip; NaN and infinity are null.
-std::string to_json(const Comparison& comparison);
-
-// Returns what the options expect of mesh a, and what was found. Empty: nothing is expected.
-std::vector<Expectation> expectations_of(const Comparison& comparison);
 
 struct Stage {
   const char* name;
@@ -30,6 +22,18 @@ std::vector<Stage> stages(const Comparison& comparison);
 
 // Returns the stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".
 std::string to_server_timing(const std::vector<Stage>& stages);
-std::string to_server_timing(const Comparison& comparison);
+
+// What is stored and sent of a result.
+struct WrittenResult {
+  std::string document;      // compact JSON, keys in a fixed order. Numbers round-trip; NaN and infinity are null
+  std::string_view verdict;  // the worst of the criteria: "pass", "fail", "undecided"; empty: there is no criterion
+  std::vector<Stage> stages;
+  std::string timing;  // to_server_timing()
+};
+
+WrittenResult written(const Comparison& comparison);
+
+// Returns the document alone.
+std::string to_json(const Comparison& comparison);
 
 }  // namespace meshgauge::api

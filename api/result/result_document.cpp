@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "api/compare/align.h"
-#include "api/options/gate.h"
 
 namespace meshgauge::api {
 namespace {

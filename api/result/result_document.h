@@ -8,8 +8,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "api/options/gate.h"
 #include "api/options/unit_plan.h"
+#include "api/result/verdict.h"
 #include "engine/mesh.h"
 #include "engine/mesh/rigid.h"
 #include "engine/result.h"

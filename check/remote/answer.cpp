@@ -7,7 +7,6 @@
 #include "api/base/json_filter.h"
 #include "api/base/problem.h"
 #include "api/compare/align.h"
-#include "api/options/expectations.h"
 #include "api/options/names.h"
 #include "api/result/json_of.h"
 #include "api/result/result_document.h"

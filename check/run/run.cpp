@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "api/base/refused.h"
+#include "api/result/examination.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::check {

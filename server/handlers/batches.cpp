@@ -17,7 +17,6 @@
 #include "api/options/batch_request.h"
 #include "server/handlers/batch_report.h"
 #include "server/handlers/refusals.h"
-#include "server/http/head_values.h"
 #include "server/measure/live_job.h"
 #include "server/measure/mesh_source.h"
 
@@ -192,9 +191,8 @@ Batches::Batches(const Settings& settings, const Jobs& jobs, Stores stores, Acce
 
 void Batches::create(Exchange& exchange, bool draining) {
   if (draining) return answer(exchange, shutting_down());
-  if (auto wrong = refuse_query(exchange)) return answer(exchange, *wrong);
-  std::string key;
-  if (auto wrong = read_idempotency_key(exchange.head, key)) return answer(exchange, *wrong);
+  const auto& [key, wrong_key] = exchange.idempotency_key;
+  if (wrong_key) return answer(exchange, *wrong_key);
   auto repeats = is_known(exchange.owner, key);
   // A batch that was accepted before needs no place in the queue. The batch that took the last place may be this one,
   // sent before: hence the second look.
@@ -204,8 +202,8 @@ void Batches::create(Exchange& exchange, bool draining) {
   if (refusal && !*repeats) return answer(exchange, *refusal);
   const UploadShare share(uploads_, client_of(exchange));
   const auto receiver = std::make_shared<BatchReceiver>(exchange.owner, !*repeats, settings_, stores_, access_, share);
-  BatchReceiver::receive(receiver, exchange, [this, &exchange, key, known = *repeats, receiver](const auto& wrong) {
-    wrong ? answer(exchange, *wrong) : insert(exchange, key, *receiver, known);
+  BatchReceiver::receive(receiver, exchange, [this, &exchange, known = *repeats, receiver](const auto& wrong) {
+    wrong ? answer(exchange, *wrong) : insert(exchange, *receiver, known);
   });
 }
 
@@ -229,7 +227,7 @@ std::optional<Problem> Batches::admit(const std::string& owner) {
 }
 
 // The meshes are reserved before they are looked up: if one is deleted meanwhile, its bytes stay for the batch.
-void Batches::insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats) {
+void Batches::insert(Exchange& exchange, BatchReceiver& receiver, bool repeats) {
   const api::BatchRequest& request = receiver.request();
   const std::vector<std::string> ids = stored_ids(request);
   std::list<std::unique_ptr<const store::Reservations::Held>> reserved;
@@ -247,7 +245,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
   }
   const BatchHead head{{exchange.owner, exchange.id},
                        client_of(exchange),
-                       idempotency_key,
+                       exchange.idempotency_key.value,
                        traceparent(exchange.trace),
                        now,
                        now + std::max<std::chrono::seconds>(kept_, kMaxQueueTime)};
@@ -305,12 +303,10 @@ void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
 }
 
 void Batches::get(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }
 
 void Batches::remove(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const store::JobKey key = key_of(exchange);
   const auto forgotten = batches_.forget_batch(key);
   if (!forgotten) return answer(exchange, api::to_problem(forgotten.error()));
@@ -321,10 +317,7 @@ void Batches::remove(Exchange& exchange) {
   end(exchange, key);
 }
 
-void Batches::cancel(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  end(exchange, key_of(exchange));
-}
+void Batches::cancel(Exchange& exchange) { end(exchange, key_of(exchange)); }
 
 void Batches::end(Exchange& exchange, const store::JobKey& key) {
   const auto now = stores_.jobs.time();
@@ -345,7 +338,6 @@ std::shared_ptr<const void> Batches::take_place(Exchange& exchange) {
 }
 
 void Batches::events(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (!find(exchange)) return;
   const auto place = take_place(exchange);
   if (!place) return;
@@ -403,14 +395,12 @@ void Batches::stream_rows(Exchange& exchange, std::string head, std::function<st
 }
 
 void Batches::results(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (!find(exchange)) return;
   exchange.response.content_type = "application/jsonl";
   stream_rows(exchange, "", result_line, "");
 }
 
 void Batches::junit(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto batch = find(exchange);
   if (!batch) return;
   if (!batch->finished) {

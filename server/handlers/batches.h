@@ -47,7 +47,7 @@ class Batches {
   Result<bool> is_known(const std::string& owner, const std::string& idempotency_key);
   void end(Exchange& exchange, const store::JobKey& key);  // cancels what has not ended
   std::optional<api::Problem> admit(const std::string& owner);
-  void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
+  void insert(Exchange& exchange, BatchReceiver& receiver, bool repeats);
   api::Problem problem_of_removed_mesh(const std::string& owner, const api::BatchRequest& request);
   std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
   Result<std::string> document(const store::Batch& batch);

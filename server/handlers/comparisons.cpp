@@ -31,6 +31,9 @@ Jobs::Kind kind_of(const Preferences& preferences) {
   return preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited;
 }
 
+// The timeout runs from the submission on, in the queue as well.
+Clock::time_point deadline_of(const LiveJob& job) { return job.submitted + job.request.timeout; }
+
 store::JobKey job_key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
 
 // A document without the ids of stored meshes is often meant for files.
@@ -102,21 +105,20 @@ Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Ac
 void Comparisons::refuse(Exchange& exchange) const {
   if (draining_.load()) return answer(exchange, shutting_down());
   // One that repeats an Idempotency-Key needs no place.
-  if (!exchange.head.header("idempotency-key").empty()) return;
-  if (jobs_.has_place(kind_of(preferences(exchange.head)), client_of(exchange))) return;
+  if (!exchange.idempotency_key.value.empty()) return;
+  if (jobs_.has_place(kind_of(exchange.preferences), client_of(exchange))) return;
   answer(exchange, queue_full(), jobs_.expected_wait());
 }
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, shutting_down());
+  if (const auto& refusal = exchange.idempotency_key.problem) return answer(exchange, *refusal);
   const auto post = std::make_shared<Post>(settings_, UploadShare(uploads_, client_of(exchange)));
-  post->terms.preferences = preferences(exchange.head);
   Submission& submission = post->submission;
   submission.key = {exchange.owner, exchange.id};
   submission.client = client_of(exchange);
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
-  submission.durable = post->terms.durable = post->terms.preferences.wait || !submission.idempotency_key.empty();
+  submission.idempotency_key = exchange.idempotency_key.value;
+  submission.durable = post->terms.durable = exchange.preferences.wait || !submission.idempotency_key.empty();
   if (const auto there = jobs_.available(); !there) return answer(exchange, api::to_problem(there.error()));
   const auto repeats = jobs_.repeats(submission);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
@@ -132,7 +134,7 @@ bool Comparisons::repeat_if_known(Exchange& exchange, const std::shared_ptr<Post
 }
 
 void Comparisons::admit(Exchange& exchange, const std::shared_ptr<Post>& post) {
-  auto slot = jobs_.admit(kind_of(post->terms.preferences), post->submission.client);
+  auto slot = jobs_.admit(kind_of(exchange.preferences), post->submission.client);
   if (!slot) {
     if (repeat_if_known(exchange, post)) return;
     return answer(exchange, queue_full(), jobs_.expected_wait());
@@ -237,7 +239,7 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
 
 void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& job, const Post& post) {
   const Terms& terms = post.terms;
-  const auto& most = terms.preferences.wait;
+  const auto& most = exchange.preferences.wait;
   // A client that does not want to wait needs no place, and gets a 202 even if the job has already ended.
   if (most == milliseconds(0)) return accept(exchange, job->view(), terms);
   auto waiting = std::make_shared<Waiting>();
@@ -248,9 +250,14 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& job, 
   if (most || repeated) waiting->place = watchers_.take(exchange.owner);
   if (most) waiting->until = waiting->place ? terms.since + *most : Clock::now();
   if (repeated && !most && !waiting->place) return answer(exchange, too_many_watchers(settings_));
-  waiting->listening = job->on_change(exchange.wake);
+  waiting->listening = job->on_end(exchange.wake);
   exchange.response.quick = true;
   exchange.response.later = [this, waiting](Exchange& later) { return look(later, *waiting); };
+  // A look at once would find nothing, unless the job is late, cancelled or over. No end is missed: one that is_over()
+  // does not see comes after on_end(), so it wakes the client, and Client keeps a wake-up that comes before it waits.
+  const auto now = Clock::now();
+  const bool late = now >= deadline_of(*job) || (waiting->until && now >= *waiting->until);
+  if (!late && !job->control.cancelled() && !job->is_over()) exchange.response.due = next_look(*waiting);
 }
 
 // A client that disconnects ends its comparison, unless that is durable.
@@ -277,17 +284,18 @@ std::optional<Clock::time_point> Comparisons::look(Exchange& exchange, Waiting& 
   return next_look(waiting);
 }
 
-// The job's changes are signalled; its deadline in the queue, and a store that is away, are not.
+// The job's end is signalled; its deadline in the queue, and a store that is away, are not.
 Clock::time_point Comparisons::next_look(const Waiting& waiting) const {
   const auto now = Clock::now();
-  const auto deadline = waiting.job->submitted + waiting.job->request.timeout;
+  const auto deadline = deadline_of(*waiting.job);
   const auto next = jobs_.store_queue() || deadline <= now ? now + kWaitTick : deadline;
   return waiting.until ? std::min(next, *waiting.until) : next;
 }
 
 void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Terms& terms) {
   auto& headers = exchange.response.headers;
-  if (!terms.preferences.applied.empty()) headers.emplace_back("Preference-Applied", terms.preferences.applied);
+  const std::string& applied = exchange.preferences.applied;
+  if (!applied.empty()) headers.emplace_back("Preference-Applied", applied);
   if (terms.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
 }
 
@@ -300,7 +308,7 @@ void Comparisons::accept(Exchange& exchange, const JobView& job, const Terms& te
 
 void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& terms) const {
   const bool ended = store::has_ended(job.row.state);
-  if (!ended && terms.preferences.wait) return accept(exchange, job, terms);
+  if (!ended && exchange.preferences.wait) return accept(exchange, job, terms);
   add_headers(exchange, job, terms);
   if (!ended) {
     return answer(exchange,
@@ -319,7 +327,6 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& t
 }
 
 void Comparisons::get(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto job = jobs_.get(job_key_of(exchange));
   if (!job) return answer(exchange, api::to_problem(job.error()));
   if (!*job) return answer(exchange, not_found("comparison"));
@@ -328,7 +335,6 @@ void Comparisons::get(Exchange& exchange) {
 }
 
 void Comparisons::remove(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto removed = jobs_.remove(job_key_of(exchange));
   if (!removed) return answer(exchange, api::to_problem(removed.error()));
   if (*removed == Jobs::Deleted::unknown) return answer(exchange, not_found("comparison"));
@@ -337,14 +343,12 @@ void Comparisons::remove(Exchange& exchange) {
 }
 
 void Comparisons::cancel(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto ended = jobs_.cancel(job_key_of(exchange));
   if (!ended) return answer(exchange, api::to_problem(ended.error()));
   get(exchange);
 }
 
 void Comparisons::events(Exchange& exchange) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto key = job_key_of(exchange);
   const auto first = jobs_.get(key);
   if (!first) return answer(exchange, api::to_problem(first.error()));
@@ -390,7 +394,6 @@ void Comparisons::follow_events(Exchange& exchange, const std::shared_ptr<LiveJo
 }
 
 void read_options(Exchange& exchange, const Settings& settings) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   std::string_view type = exchange.head.header("content-type");
   if (take_kind(type) != "application/json") {
     constexpr const char* kWanted = "Content-Type must be application/json, the options of a comparison";

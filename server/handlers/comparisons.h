@@ -12,7 +12,6 @@
 #include "api/options/request.h"
 #include "server/http/connection_limit.h"
 #include "server/http/exchange.h"
-#include "server/http/head_values.h"
 #include "server/http/upload.h"
 #include "server/jobs/jobs.h"
 #include "server/settings/settings.h"
@@ -43,7 +42,6 @@ class Comparisons {
   struct Waiting;
   // What the client asked for.
   struct Terms {
-    Preferences preferences;
     Clock::time_point since = Clock::now();
     bool durable = false;
   };

@@ -79,7 +79,6 @@ void Meshes::post(Exchange& exchange) { receive(exchange, exchange.head.content_
 
 // `id`: from the path; empty: it is to be computed.
 void Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, const std::string& id) {
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   auto room = hold_room(exchange.owner, new_bytes);
   if (const auto* denial = std::get_if<Denial>(&room)) return answer(exchange, *denial);
   const auto held = std::make_shared<const StorageHold>(std::get<StorageHold>(std::move(room)));
@@ -149,7 +148,6 @@ void Meshes::discard(const BlobKey& key) const {
 
 void Meshes::get(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto row = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (!*row) return answer(exchange, not_found("mesh"));
@@ -159,7 +157,6 @@ void Meshes::get(Exchange& exchange) {
 
 void Meshes::remove(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const BlobKey key{exchange.owner, exchange.segment};
   const auto removed = stores_.meshes.delete_mesh(key);
   if (!removed) return answer(exchange, api::to_problem(removed.error()));

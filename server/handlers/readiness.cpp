@@ -101,13 +101,17 @@ Readiness::Defects Readiness::find_defects() {
 }
 
 void add_status_routes(Router& router, const Metrics& metrics, Router::Action ready) {
-  const auto scrape = [&metrics](Exchange& exchange) {
+  const auto add = [&router](const char* path, Router::Action action) {
+    Router::Route& route = router.add("GET", path, std::move(action));
+    route.status = true;
+    route.takes_query = true;
+  };
+  add("/healthz", [](Exchange& exchange) { send_status(exchange, "ok"); });
+  add("/readyz", std::move(ready));
+  add("/metrics", [&metrics](Exchange& exchange) {
     exchange.response.content_type = Metrics::kContentType;
     exchange.response.body = metrics.text();
-  };
-  router.add("GET", "/healthz", [](Exchange& exchange) { send_status(exchange, "ok"); }).status = true;
-  router.add("GET", "/readyz", std::move(ready)).status = true;
-  router.add("GET", "/metrics", scrape).status = true;
+  });
 }
 
 }  // namespace meshgauge::server

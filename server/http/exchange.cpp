@@ -95,6 +95,7 @@ ProblemDocument document_of(const api::Problem& problem) {
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after) {
   Response& response = exchange.response;
   response.later = nullptr;
+  response.due.reset();
   response.stream = nullptr;
   response.file.reset();
   response.length_known = true;
@@ -106,11 +107,6 @@ void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseco
     response.headers.emplace_back("Retry-After", std::to_string(seconds));
   }
   exchange.problem = std::move(document.type);
-}
-
-std::optional<api::Problem> refuse_query(const Exchange& exchange) {
-  if (exchange.head.query.empty()) return std::nullopt;
-  return malformed("this path takes no query parameters");
 }
 
 std::string event(std::string_view name, std::string_view data) {

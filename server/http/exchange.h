@@ -17,6 +17,7 @@
 #include "api/result/response.h"
 #include "server/http/body.h"
 #include "server/http/head.h"
+#include "server/http/head_values.h"
 
 namespace meshgauge::server {
 
@@ -80,6 +81,7 @@ struct Response {
   // set, else when to call it again. It is also called after exchange.wake(), and when exchange.client_gone has become
   // true. May throw.
   std::function<std::optional<Clock::time_point>(Exchange&)> later = nullptr;
+  std::optional<Clock::time_point> due = std::nullopt;  // when to call `later` first; nullopt: at once
   // Instead of `body`: chunks over time. Appends the next piece to `piece`, or leaves it empty; returns nullopt after
   // the last piece, else when to call it again. Also called after exchange.wake(), but not before the client has taken
   // the piece before. May throw; the response then breaks off without a terminating chunk.
@@ -91,7 +93,12 @@ struct Response {
 
 struct Exchange {
   Exchange(std::string unique_id, const Head& request_head, Body& request_body)
-      : id(std::move(unique_id)), head(request_head), body(request_body), trace(continue_trace(request_head)) {}
+      : id(std::move(unique_id)),
+        head(request_head),
+        body(request_body),
+        trace(continue_trace(request_head)),
+        preferences(read_preferences(request_head)),
+        idempotency_key(read_idempotency_key(request_head)) {}
 
   std::string id;       // random, 128 bits; also the id of a comparison that this request creates
   std::string peer;     // the address_tag() of the client
@@ -101,7 +108,9 @@ struct Exchange {
   const std::function<void(Exchange&)>* action = nullptr;  // of the route; null: none, or refused
   const Head& head;
   Body& body;
-  const Trace trace;           // the client's trace, or a new one
+  const Trace trace;  // the client's trace, or a new one
+  const Preferences preferences;
+  const IdempotencyKey idempotency_key;
   std::function<void()> wake;  // see Response::later. Thread safe; may outlive the exchange
   bool client_gone = false;    // the client has closed its side of the connection
   Response response;
@@ -134,10 +143,6 @@ struct ProblemDocument {
 };
 ProblemDocument document_of(const api::Problem& problem);
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after);
-
-// Returns a problem if the request has a query; nullopt: it has none. For paths without query parameters: a misplaced
-// option must not be ignored silently.
-std::optional<api::Problem> refuse_query(const Exchange& exchange);
 
 // Returns a server-sent event (text/event-stream) as text, for Response::stream. Precondition: `data` is one line.
 std::string event(std::string_view name, std::string_view data);

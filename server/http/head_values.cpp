@@ -105,7 +105,7 @@ double weight_of(std::string_view field, std::string_view value) {
   return found;
 }
 
-Preferences preferences(const Head& head) {
+Preferences read_preferences(const Head& head) {
   Found found;
   for (const auto& [name, value] : head.headers) {
     if (name != "prefer") continue;
@@ -118,14 +118,14 @@ Preferences preferences(const Head& head) {
   return result;
 }
 
-std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) {
+IdempotencyKey read_idempotency_key(const Head& head) {
   const auto count = std::count_if(head.headers.begin(), head.headers.end(),
                                    [](const auto& header) { return header.first == "idempotency-key"; });
-  if (count == 0) return std::nullopt;
-  key = head.header("idempotency-key");
+  if (count == 0) return {};
+  std::string key(head.header("idempotency-key"));
   const bool visible = std::all_of(key.begin(), key.end(), [](char c) { return c > 0x20 && c < 0x7F; });
-  if (count == 1 && !key.empty() && key.size() <= kMostKeyBytes && visible) return std::nullopt;
-  return malformed("Idempotency-Key must be sent once, with 1 to 255 visible ASCII characters");
+  if (count == 1 && !key.empty() && key.size() <= kMostKeyBytes && visible) return {std::move(key), std::nullopt};
+  return {std::move(key), malformed("Idempotency-Key must be sent once, with 1 to 255 visible ASCII characters")};
 }
 
 std::optional<Problem> read_query(std::string_view query, const std::vector<std::string_view>& known,

@@ -39,12 +39,14 @@ struct Preferences {
 
 // Unknown and malformed preferences are ignored, as the RFC demands. Of two with the same name the first counts. `wait`
 // is capped at one hour.
-Preferences preferences(const Head& head);
+Preferences read_preferences(const Head& head);
 
-// The header Idempotency-Key: a client's name for a request, under which it can be repeated safely. Sets `key` to the
-// header's value, or leaves it when the header is missing. Returns a problem if the header is sent twice or is not 1 to
-// 255 visible ASCII characters.
-std::optional<api::Problem> read_idempotency_key(const Head& head, std::string& key);
+// The header Idempotency-Key: a client's name for a request, under which it can be repeated safely.
+struct IdempotencyKey {
+  std::string value;                    // as sent; empty: none was sent, or an empty one
+  std::optional<api::Problem> problem;  // it was sent twice, or is not 1 to 255 visible ASCII characters
+};
+IdempotencyKey read_idempotency_key(const Head& head);
 
 // The query: name=value pairs between "&". Nothing is decoded: the values that are allowed need no escapes. Calls
 // read(name, value) for each parameter. Returns the first problem: an unknown name, a name that stands there twice, or

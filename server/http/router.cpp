@@ -27,6 +27,11 @@ std::optional<std::string> match(std::string_view pattern, std::string_view path
   return std::string(segment);
 }
 
+// A misplaced option must not be ignored silently.
+void refuse_query(Exchange& exchange) {
+  if (!exchange.head.query.empty()) answer(exchange, malformed("this path takes no query parameters"));
+}
+
 }  // namespace
 
 Router::Route& Router::add(std::string method, std::string path, Action action) {
@@ -46,6 +51,7 @@ RequestHandler::Entry Router::operator()(Exchange& exchange) const {
       continue;
     }
     if (route.refuse) route.refuse(exchange);
+    if (!route.takes_query && exchange.problem.empty()) refuse_query(exchange);
     if (!exchange.problem.empty()) return RequestHandler::Entry::answered;
     exchange.action = &route.action;
     return route.status ? RequestHandler::Entry::status : RequestHandler::Entry::handled;

@@ -23,16 +23,18 @@ class Router {
   struct Route {
     std::string method;
     std::string path;
-    Action action;            // of a request that has a thread: may call the store, must not wait for a client or a job
-    Action refuse = nullptr;  // answers a request that its head shows to be refused, or does nothing; must not block
-    bool status = false;      // for probes and scrapes: not behind other requests
+    Action action;             // of a request that has a thread: may call the store, but not wait for a client or job
+    Action refuse = nullptr;   // answers a request that its head shows to be refused, or does nothing; must not block
+    bool status = false;       // for probes and scrapes: not behind other requests
+    bool takes_query = false;  // the action reads the query or ignores it; false: a request with one is refused
   };
 
   // Returns the new route, to set more of it before the next call.
   Route& add(std::string method, std::string path, Action action);
 
   // Sets exchange.route, segment and action, and runs `refuse` of the route; answers 404 if no template matches the
-  // path, 405 with Allow if only the method differs. HEAD has the route of GET. Returns what handles the request.
+  // path, 405 with Allow if only the method differs, and last 400 to a query that the route does not take. HEAD has the
+  // route of GET. Returns what handles the request.
   RequestHandler::Entry operator()(Exchange& exchange) const;
 
  private:

@@ -59,14 +59,7 @@ Service::~Service() {
 }
 
 void Service::add_routes() {
-  router_.add("GET", "/", show_root);
-  for (const char* page : {"/b/{}", "/c/{}"}) router_.add("GET", page, show_permanent_link);
-  for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"})
-    router_.add("GET", damaged, show_damaged_link);
-  router_.add("GET", "/page/{}", send_page_file);
-  router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
-  router_.add("GET", "/docs", show_reference);
-  router_.add("GET", "/docs/{}", send_reference_file);
+  add_page_routes();
   add_status_routes(router_, metrics_, [this](Exchange& e) { check_ready(e); });
   add_comparison_routes();
   add_batch_routes();
@@ -75,6 +68,20 @@ void Service::add_routes() {
   router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
   router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
   router_.add("DELETE", "/v1/meshes/{}", [this](Exchange& e) { meshes_.remove(e); });
+}
+
+// Pages ignore a query: a link may have got one on its way.
+void Service::add_page_routes() {
+  const auto add = [this](const char* path, Router::Action action) {
+    router_.add("GET", path, std::move(action)).takes_query = true;
+  };
+  add("/", show_root);
+  for (const char* page : {"/b/{}", "/c/{}"}) add(page, show_permanent_link);
+  for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
+  add("/page/{}", send_page_file);
+  add("/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  add("/docs", show_reference);
+  add("/docs/{}", send_reference_file);
 }
 
 void Service::add_comparison_routes() {
@@ -88,8 +95,9 @@ void Service::add_comparison_routes() {
   router_.add("POST", "/v1/options", [this](Exchange& e) { read_options(e, settings_); });
   if (!deviations_) return;
   for (const auto& format : api::kMapFormats) {
-    router_.add("GET", "/v1/comparisons/{}/deviation." + std::string(format.name),
-                [this, kind = format.kind](Exchange& e) { deviations_->get(e, kind); });
+    Router::Route& route = router_.add("GET", "/v1/comparisons/{}/deviation." + std::string(format.name),
+                                       [this, kind = format.kind](Exchange& e) { deviations_->get(e, kind); });
+    route.takes_query = true;
   }
 }
 
@@ -107,9 +115,9 @@ void Service::add_batch_routes() {
 void Service::add_listing_routes() {
   if (!stores_.listings || !stores_.batches) return;
   listings_.emplace(settings_, stores_, access_);
-  router_.add("GET", "/v1/meshes", [this](Exchange& e) { listings_->meshes(e); });
-  router_.add("GET", "/v1/comparisons", [this](Exchange& e) { listings_->comparisons(e); });
-  router_.add("GET", "/v1/batches", [this](Exchange& e) { listings_->batches(e); });
+  router_.add("GET", "/v1/meshes", [this](Exchange& e) { listings_->meshes(e); }).takes_query = true;
+  router_.add("GET", "/v1/comparisons", [this](Exchange& e) { listings_->comparisons(e); }).takes_query = true;
+  router_.add("GET", "/v1/batches", [this](Exchange& e) { listings_->batches(e); }).takes_query = true;
 }
 
 std::uint64_t Service::free_bytes() const {

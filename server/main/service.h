@@ -56,6 +56,7 @@ class Service {
 
  private:
   void add_routes();
+  void add_page_routes();
   void add_comparison_routes();
   void add_batch_routes();
   void add_listing_routes();

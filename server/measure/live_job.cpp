@@ -55,17 +55,28 @@ bool LiveJob::is_over() const {
   return over();
 }
 
-std::shared_ptr<const void> LiveJob::on_change(std::function<void()> wake) {
-  auto shared = std::make_shared<const std::function<void()>>(std::move(wake));
+std::shared_ptr<const void> LiveJob::on_change(std::function<void()> wake) { return listen({std::move(wake), false}); }
+
+std::shared_ptr<const void> LiveJob::on_end(std::function<void()> wake) { return listen({std::move(wake), true}); }
+
+std::shared_ptr<const void> LiveJob::listen(Listener listener) {
+  auto shared = std::make_shared<const Listener>(std::move(listener));
   const std::lock_guard lock(mutex_);
-  std::erase_if(wakes_, [](const auto& other) { return other.expired(); });
-  wakes_.push_back(shared);
+  std::erase_if(listeners_, [](const auto& other) { return other.expired(); });
+  listeners_.push_back(shared);
   return shared;
 }
 
+// In this order: a job that its control ends counts as cancelled only if its cancel was requested before, and a client
+// that is woken reads the control.
 void LiveJob::cancel() {
-  change([](JobView& view) { view.row.cancel_requested = true; });
+  {
+    const std::lock_guard lock(mutex_);
+    view_.row.cancel_requested = true;
+    ++version_;
+  }
   control.cancel();
+  notify();
 }
 
 bool LiveJob::cancel_requested() const {
@@ -139,13 +150,16 @@ void LiveJob::give_places_back() {
 
 void LiveJob::notify() {
   changed_.notify_all();
-  std::vector<std::weak_ptr<const std::function<void()>>> wakes;
+  std::vector<std::weak_ptr<const Listener>> listeners;
+  bool ends = false;
   {
     const std::lock_guard lock(mutex_);
-    wakes = wakes_;
+    listeners = listeners_;
+    ends = over() || view_.row.cancel_requested;
   }
-  for (const auto& one : wakes) {
-    if (const auto wake = one.lock()) (*wake)();
+  for (const auto& one : listeners) {
+    const auto listener = one.lock();
+    if (listener && (ends || !listener->ends_only)) listener->wake();
   }
 }
 

@@ -74,6 +74,9 @@ class LiveJob {
   bool is_over() const;  // it has ended or was handed back
   // Calls `wake` after every change, until the pointer that is returned is destroyed. `wake` must not block.
   std::shared_ptr<const void> on_change(std::function<void()> wake);
+  // The same, but only after changes of a job that is over or whose cancel was requested: for clients that wait for its
+  // end alone.
+  std::shared_ptr<const void> on_end(std::function<void()> wake);
 
   void cancel();  // for its owner: it ends as cancelled
   bool cancel_requested() const;
@@ -92,7 +95,13 @@ class LiveJob {
   void give_places_back();                // that place, and `counted`
 
  private:
+  struct Listener {
+    std::function<void()> wake;
+    bool ends_only;
+  };
+
   bool over() const { return store::has_ended(view_.row.state) || view_.handed_back; }
+  std::shared_ptr<const void> listen(Listener listener);
   template <class Change>
   void change(const Change& how);
   void notify();
@@ -102,7 +111,7 @@ class LiveJob {
   JobView view_;
   std::uint64_t version_ = 0;
   std::optional<Scheduler::Slot> place_;
-  std::vector<std::weak_ptr<const std::function<void()>>> wakes_;
+  std::vector<std::weak_ptr<const Listener>> listeners_;
 };
 
 // Applies the settings that limit every comparison.

@@ -5,8 +5,6 @@
 #include <utility>
 
 #include "api/base/problem.h"
-#include "api/options/gate.h"
-#include "api/result/criteria.h"
 #include "api/result/response.h"
 #include "server/base/heap.h"
 #include "server/measure/job_document.h"
@@ -25,11 +23,6 @@ constexpr std::uint64_t kNotedBytes = 3 * sizeof(float);  // a triangle
 
 double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - start).count();
-}
-
-std::string verdict_of(const api::Comparison& comparison) {
-  const auto found = api::worst(api::criteria_of(comparison));
-  return found ? std::string(api::to_string(*found)) : std::string();
 }
 
 bool has_area_stop(const Outcome& outcome, AreaStop stop) {
@@ -143,11 +136,12 @@ JobView Measuring::concluded(const LiveJob& job, const Result<api::Comparison>& 
   const bool cancelled = stopped_by_cancel(result) && last.row.cancel_requested;
   if (result) {
     last.row.state = cancelled ? JobState::cancelled : JobState::done;
-    last.row.document = to_json(*result);
-    last.row.verdict = verdict_of(*result);
+    api::WrittenResult written = api::written(*result);
+    last.row.document = std::move(written.document);
+    last.row.verdict = written.verdict;
     last.reusable = !was_cut_short(*result);
-    last.timing = to_server_timing(*result);
-    last.stages = api::stages(*result);
+    last.timing = std::move(written.timing);
+    last.stages = std::move(written.stages);
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
   } else {
     Problem problem = api::to_problem(result.error());

@@ -8,6 +8,8 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/options/write_options.h"
+
 using namespace meshgauge;
 using api::parse_options;
 

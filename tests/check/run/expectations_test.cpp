@@ -1,4 +1,4 @@
-#include "api/options/expectations.h"
+#include "api/result/examination.h"
 
 #include <initializer_list>
 #include <string>

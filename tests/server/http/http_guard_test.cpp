@@ -312,6 +312,24 @@ TEST_CASE("guard: a response that waits is asked again at its time") {
   CHECK(asked == 3);
 }
 
+TEST_CASE("guard: a response that waits is first asked when it is due, or after a wake-up, which may come early") {
+  std::atomic<int> asked{0};
+  const Guarded guarded([&](Exchange& exchange) {
+    exchange.response.later = [&](const Exchange&) {
+      ++asked;
+      return std::optional<Clock::time_point>();
+    };
+    exchange.response.due = exchange.head.path == "/soon" ? Clock::now() + 1ms : never();
+    if (exchange.head.path == "/woken") exchange.wake();
+  });
+  const RawClient client(guarded.port());
+  for (const char* path : {"/soon", "/woken"}) {
+    client.send(std::string("GET ") + path + " HTTP/1.1\r\nHost: x\r\n\r\n");
+    CHECK(client.read_head().starts_with("HTTP/1.1 200 "));
+  }
+  CHECK(asked == 2);
+}
+
 TEST_CASE("guard: the rest of a body that was refused for now is discarded, and the connection goes on") {
   const Guarded guarded([](Exchange& exchange) {
     if (exchange.head.method == "POST") {

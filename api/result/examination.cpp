@@ -1,4 +1,4 @@
-#include "api/options/expectations.h"
+#include "api/result/examination.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,13 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "api/base/figures.h"
-#include "api/options/gate.h"
+#include "api/result/json_of.h"
 #include "engine/rounding.h"
 
 namespace meshgauge::api {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr int kFoundDigits = 10;
 constexpr double kNoEnd = std::numeric_limits<double>::infinity();
@@ -163,19 +161,6 @@ class Examination {
   std::vector<Expectation> all_;
 };
 
-Json span_of(const Span& span) {
-  auto json = Json::object();
-  if (span.min) json["min"] = *span.min;
-  if (span.max) json["max"] = *span.max;
-  return json;
-}
-
-Json count_of(const Span& span) {
-  auto json = span.min && span.min == span.max ? Json(*span.min) : span_of(span);
-  for (auto& end : json) end = static_cast<std::uint64_t>(end.get<double>());  // in kCountRange, of whole numbers
-  return json;
-}
-
 }  // namespace
 
 Json json_of(const std::vector<Expectation>& expectations) {
@@ -183,18 +168,6 @@ Json json_of(const std::vector<Expectation>& expectations) {
   for (const Expectation& one : expectations)
     json.push_back(
         {{"name", one.name}, {"verdict", to_string(one.verdict)}, {"found", one.found}, {"expected", one.expected}});
-  return json;
-}
-
-Json json_of(const Expectations& expect) {
-  auto json = Json::object();
-  if (expect.watertight) json["watertight"] = *expect.watertight;
-  if (expect.oriented) json["oriented"] = *expect.oriented;
-  if (expect.triangles) json["triangles"] = count_of(*expect.triangles);
-  if (expect.degenerate) json["degenerate"] = count_of(*expect.degenerate);
-  if (expect.components) json["components"] = count_of(*expect.components);
-  if (expect.volume) json["volume"] = span_of(*expect.volume);
-  if (expect.volume_within) json["volume"]["within"] = *expect.volume_within;
   return json;
 }
 
@@ -209,6 +182,13 @@ std::vector<Expectation> examined(const Expectations& expect, const Json& meshes
   examination.examine("components", expect.components, "/a/topology/components");
   if (expect.volume || expect.volume_within) examination.examine_volume(expect);
   return std::move(examination).take();
+}
+
+std::vector<Expectation> expectations_of(const Comparison& comparison) {
+  if (!comparison.options.expect.any()) return {};
+  const auto& unit = comparison.units.result.unit;
+  return examined(comparison.options.expect, meshes_of(comparison),
+                  unit ? std::string(to_string(*unit)) : std::string());
 }
 
 }  // namespace meshgauge::api
