@@ -10,6 +10,7 @@ import socket
 import ssl
 import stat
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -18,6 +19,9 @@ import unittest
 import contract
 import wire
 from contract import ROOT, validate  # noqa: F401  validate: for the tests
+
+sys.path.append(str(ROOT / "tests/cluster"))
+from scratch import free_port  # noqa: E402, F401  for the tests
 
 # Services of tests are on this machine: no proxy stands between, unless a test says so.
 for variable in [name for name in os.environ if name.lower().endswith("_proxy")]:

@@ -5,11 +5,10 @@ import http.client
 import json
 import select
 import signal
-import socket
 import threading
 import unittest
 
-from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, flat_grid, comparison, holding_the_worker, multipart, occupy_guests,
+from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, flat_grid, comparison, free_port, holding_the_worker, multipart, occupy_guests,
                      post_head, read_answer, until, until_computing, wavy_grid)
 from test_batches import accepted, slow_pairs, submit
 
@@ -206,8 +205,7 @@ class Crowd(unittest.TestCase):
             self.assertTrue(all(b"event: end" in read_answer(connection.makefile("rb")).body for connection in listening))
 
     def test_a_port_for_health_alone(self):
-        with socket.create_server(("127.0.0.1", 0)) as taken:
-            port = taken.getsockname()[1]
+        port = free_port()
         server = Server("--status-port", str(port))
         self.addCleanup(server.stop)
         for path, status in (("/healthz", 200), ("/readyz", 200), ("/metrics", 200), ("/", 404), ("/v1/comparisons", 404)):

@@ -17,9 +17,10 @@ import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/bench"))
+sys.path[:0] = [str(ROOT / "tests/bench"), str(ROOT / "tests/cluster")]
 
 from loadtest import phases, report, requests, soak  # noqa: E402
+from scratch import free_port  # noqa: E402
 
 BUILD = pathlib.Path(os.environ.get("MESHGAUGE_BUILD", ROOT / "build"))
 CLIENT = BUILD / "tests/load/load_client"
@@ -127,8 +128,7 @@ class Client(unittest.TestCase):
         self.assertEqual(len(rows), stub.seen)  # no body came
 
     def test_no_server_there(self):
-        with socket.create_server(("127.0.0.1", 0)) as free:
-            port = free.getsockname()[1]
+        port = free_port()
         with tempfile.TemporaryDirectory() as folder:
             file, out = pathlib.Path(folder, "a.http"), pathlib.Path(folder, "out.csv")
             file.write_bytes(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")

@@ -10,7 +10,6 @@ import os
 import re
 import shlex
 import shutil
-import socket
 import ssl
 import subprocess
 import tempfile
@@ -18,7 +17,7 @@ import unittest
 from pathlib import Path
 
 import yaml
-from harness import BINARY, ENVIRONMENT, RAISED, ROOT, SQUARE, Server, multipart, until, validate
+from harness import BINARY, ENVIRONMENT, RAISED, ROOT, SQUARE, Server, free_port, multipart, until, validate
 
 DOCKER = ROOT / "docker"
 MANUAL = (ROOT / "docs/operations.md").read_text()
@@ -230,12 +229,6 @@ class Prometheus(unittest.TestCase):
         self.assertEqual((found["names"], found["port"]), (["frontend", "worker"], 8080))
         for name in found["names"]:
             self.assertIn("watch", services("compose.cluster.yaml")[name]["networks"])
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class Proxy(unittest.TestCase):
