@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <fstream>
 #include <string>
-#include <system_error>
 
 #include "api/base/refused.h"
 #include "api/map/deviation_maker.h"

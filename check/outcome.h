@@ -77,8 +77,7 @@ struct Measured {
 };
 
 // Extracts the fields from a comparison's JSON. Verdicts are those of the intervals, whatever the JSON says. Errors:
-// internal if it is not a comparison, has no valid interval, or has other criteria than the
-// gate asks for.
+// internal if it is not a comparison, has no valid interval, or has other criteria than the gate asks for.
 Result<Measured> measured_from(nlohmann::ordered_json document, const Gate& gate);
 
 // Returns why the result does not count; nullopt: it does. A mesh file that was cut before its faces looks like a point

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <cstdlib>  // defines __GLIBC__
-#include <memory>
 
 #ifdef __GLIBC__
 #include <malloc.h>

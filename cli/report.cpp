@@ -21,13 +21,14 @@ namespace {
 using api::Comparison;
 using Unit = std::optional<api::LengthUnit>;  // unit of all measured lengths
 
-__attribute__((format(printf, 2, 3))) void append(std::string& out, const char* format, ...) {
-  char line[512];
+// Cut after 511 bytes.
+__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
+  char text[512];
   va_list arguments;
   va_start(arguments, format);
-  std::vsnprintf(line, sizeof line, format, arguments);
+  std::vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
-  out += line;
+  return text;
 }
 
 constexpr int kDigits = 6;
@@ -55,23 +56,24 @@ void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, co
   const std::string surface = mesh.notes.cloud ? "point cloud"
                                                : std::to_string(mesh.triangles) + " triangles (" +
                                                      std::to_string(mesh.degenerate) + " degenerate)";
-  append(out, "%-9s %s, %s, %zu vertices, diagonal %s, unit %s\n", name,
-         std::string(api::to_string(mesh.format)).c_str(), surface.c_str(), mesh.vertices,
-         api::to_digits(mesh.diagonal, kDigits).c_str(), described(unit).c_str());
-  for (const std::string& note : api::notes_of(mesh)) append(out, "  %s\n", note.c_str());
+  out += formatted("%-9s %s, %s, %zu vertices, diagonal %s, unit %s\n", name,
+                   std::string(api::to_string(mesh.format)).c_str(), surface.c_str(), mesh.vertices,
+                   api::to_digits(mesh.diagonal, kDigits).c_str(), described(unit).c_str());
+  for (const std::string& note : api::notes_of(mesh)) out += "  " + note + "\n";
 }
 
 void add_edges(std::string& out, const char* kind, const EdgeCount& edges, const Unit& unit) {
   const std::string_view in = unit ? api::to_string(*unit) : std::string_view();
-  if (edges.count > 0) append(out, "          %s\n", api::edges_in_words(edges.count, kind, edges.first, in).c_str());
+  if (edges.count > 0) out += "          " + api::edges_in_words(edges.count, kind, edges.first, in) + "\n";
 }
 
 void add_topology(std::string& out, const char* name, const Topology& found, const Unit& unit) {
   const auto is = [](bool holds) { return holds ? "" : "not "; };
-  append(out, "%-9s %swatertight, %soriented, components %zu, Euler characteristic %lld", name, is(found.watertight()),
-         is(found.oriented()), found.components, static_cast<long long>(found.euler_characteristic));
+  out += formatted("%-9s %swatertight, %soriented, components %zu, Euler characteristic %lld", name,
+                   is(found.watertight()), is(found.oriented()), found.components,
+                   static_cast<long long>(found.euler_characteristic));
   if (found.volume)
-    append(out, ", volume %s%s", range(found.volume->lower, found.volume->upper, unit).c_str(), unit ? "^3" : "");
+    out += formatted(", volume %s%s", range(found.volume->lower, found.volume->upper, unit).c_str(), unit ? "^3" : "");
   out += "\n";
   add_edges(out, "open", found.open, unit);
   add_edges(out, "non-manifold", found.non_manifold, unit);
@@ -82,14 +84,14 @@ void add_topology(std::string& out, const char* name, const Topology& found, con
 void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed,
                    const api::MeshFacts& from, const Unit& unit) {
   if (!directed) return;
-  append(out, "%-9s %s, culled %.2f %% (%zu of %zu %s left)\n", name,
-         range(directed->bounds.lower, directed->bounds.upper, unit).c_str(), 100 * directed->culling.rate(),
-         directed->culling.survivors, directed->culling.triangles, from.notes.cloud ? "points" : "triangles");
+  out += formatted("%-9s %s, culled %.2f %% (%zu of %zu %s left)\n", name,
+                   range(directed->bounds.lower, directed->bounds.upper, unit).c_str(), 100 * directed->culling.rate(),
+                   directed->culling.survivors, directed->culling.triangles, from.notes.cloud ? "points" : "triangles");
   if (const auto& witness = directed->bounds.witness) {
-    append(out, "  witness %s on %s %u\n", api::with_unit(api::in_words(witness->point_a), unit).c_str(),
-           from.notes.cloud ? "point" : "triangle", witness->triangle_a);
-    append(out, "  nearest %s on triangle %u\n", api::with_unit(api::in_words(witness->point_b), unit).c_str(),
-           witness->triangle_b);
+    out += formatted("  witness %s on %s %u\n", api::with_unit(api::in_words(witness->point_a), unit).c_str(),
+                     from.notes.cloud ? "point" : "triangle", witness->triangle_a);
+    out += formatted("  nearest %s on triangle %u\n", api::with_unit(api::in_words(witness->point_b), unit).c_str(),
+                     witness->triangle_b);
   }
 }
 
@@ -99,11 +101,10 @@ void add_verdict(std::string& out, const Comparison& comparison) {
   if (criteria.empty()) return;
   const auto& unit = comparison.units.result.unit;
   const std::string_view name = unit ? to_string(*unit) : std::string_view();
-  append(out, "verdict   %s\n", std::string(api::to_string(*api::worst(criteria))).c_str());
+  out += formatted("verdict   %s\n", std::string(api::to_string(*api::worst(criteria))).c_str());
   const api::Criterion& foremost = api::foremost(criteria);
   const auto add = [&](const api::Criterion& one) {
-    append(out, "  %-9s ", std::string(api::to_string(one.verdict)).c_str());
-    out += api::finding_of(one, name) + "\n";
+    out += formatted("  %-9s ", std::string(api::to_string(one.verdict)).c_str()) + api::finding_of(one, name) + "\n";
   };
   add(foremost);
   for (const api::Criterion& one : criteria) {
@@ -124,20 +125,20 @@ void add_regions(std::string& out, const Comparison& comparison) {
 
 void add_times(std::string& out, const Comparison& comparison) {
   const Timings& engine = comparison.outcome.timings;
-  append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f",
-         comparison.times.total, comparison.times.read_a, comparison.times.read_b, engine.build, engine.traverse,
-         engine.reduce, engine.certify);
-  if (comparison.alignment) append(out, ", align %.1f", comparison.times.align);
-  if (comparison.outcome.areas || comparison.outcome.sides) append(out, ", areas %.1f", engine.areas);
-  if (comparison.outcome.statistics) append(out, ", statistics %.1f", engine.statistics);
+  out += formatted("time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f",
+                   comparison.times.total, comparison.times.read_a, comparison.times.read_b, engine.build,
+                   engine.traverse, engine.reduce, engine.certify);
+  if (comparison.alignment) out += formatted(", align %.1f", comparison.times.align);
+  if (comparison.outcome.areas || comparison.outcome.sides) out += formatted(", areas %.1f", engine.areas);
+  if (comparison.outcome.statistics) out += formatted(", statistics %.1f", engine.statistics);
   out += "\n";
 }
 
 void add_engine(std::string& out, const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
-  append(out, "engine    %s, %s, %u %s\n",
-         std::string(api::name_of(api::kStrategies, comparison.options.strategy)).c_str(),
-         std::string(outcome.simd).c_str(), outcome.threads, outcome.threads == 1 ? "thread" : "threads");
+  out += formatted("engine    %s, %s, %u %s\n",
+                   std::string(api::name_of(api::kStrategies, comparison.options.strategy)).c_str(),
+                   std::string(outcome.simd).c_str(), outcome.threads, outcome.threads == 1 ? "thread" : "threads");
 }
 
 // Certified areas, a few lines for each direction, and sides.
@@ -146,9 +147,7 @@ void add_engine(std::string& out, const Comparison& comparison) {
 std::string percent_range(const AreaInterval& share) {
   const double lower = std::max(0.0, std::floor(share.lower * 1e6 - 1e-6) / 1e4);
   const double upper = std::min(100.0, std::ceil(share.upper * 1e6 + (share.upper > 0 ? 1e-6 : 0)) / 1e4);
-  char text[64];
-  std::snprintf(text, sizeof text, "%.4f .. %.4f %%", lower, upper);
-  return text;
+  return formatted("%.4f .. %.4f %%", lower, upper);
 }
 
 std::string length_range(const AreaInterval& length) {
@@ -157,9 +156,7 @@ std::string length_range(const AreaInterval& length) {
 }
 
 std::string percentile(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "p%.15g", 100 * share);  // 7, where 100 * 0.07 is a little more
-  return text;
+  return formatted("p%.15g", 100 * share);  // 7, where 100 * 0.07 is a little more
 }
 
 std::string area_line(const std::string& what, const std::string& value) {
@@ -167,7 +164,7 @@ std::string area_line(const std::string& what, const std::string& value) {
 }
 
 std::string area_lines(const char* name, const std::optional<AreaBounds>& found, const AreaOptions& asked,
-                       const std::optional<api::LengthUnit>& unit) {
+                       const Unit& unit) {
   if (!found) return "";
   std::string out = std::string("certified ") + name + ": by area, lower .. upper" +
                     (unit ? api::with_unit(", in", unit) : "") + "\n";
@@ -185,12 +182,12 @@ std::string area_lines(const char* name, const std::optional<AreaBounds>& found,
   return out;
 }
 
-std::string to_table(const AreaOutcome& areas, const std::optional<api::LengthUnit>& unit) {
+std::string to_table(const AreaOutcome& areas, const Unit& unit) {
   return area_lines("a to b", areas.a_to_b, areas.options, unit) +
          area_lines("b to a", areas.b_to_a, areas.options, unit);
 }
 
-std::string to_table(const SideOutcome& sides, const std::optional<api::LengthUnit>& unit) {
+std::string to_table(const SideOutcome& sides, const Unit& unit) {
   std::string out =
       "certified a to b: by side of b, lower .. upper" + (unit ? api::with_unit(", in", unit) : std::string()) + "\n";
   if (sides.refused) return out + area_line("none", api::in_words(*sides.refused, unit));
@@ -205,15 +202,6 @@ std::string to_table(const SideOutcome& sides, const std::optional<api::LengthUn
 
 constexpr double kBarWidth = 50;  // in characters
 constexpr std::size_t kBinsALine = 2;
-
-__attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
-  char line[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(line, sizeof line, format, arguments);
-  va_end(arguments);
-  return line;
-}
 
 std::string number_line(const char* name, const Estimate& estimate) {
   return formatted("  %-9s %-12.6g +- %.2g\n", name, estimate.value, estimate.standard_error);
@@ -260,10 +248,11 @@ std::string to_table(const Comparison& comparison) {
   const Unit& unit = comparison.units.result.unit;
   const double limit = comparison.options.max_distance.value_or(std::numeric_limits<double>::infinity());
   std::string out;
-  append(out, "distance  %s, %s\n", range(outcome.lower, outcome.upper, unit, limit).c_str(),
-         std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
-  append(out, "width     %s, %s\n",
-         api::with_unit(api::to_digits_above(outcome.upper - outcome.lower, 3), unit).c_str(), reason(outcome).c_str());
+  out += formatted("distance  %s, %s\n", range(outcome.lower, outcome.upper, unit, limit).c_str(),
+                   std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
+  out += formatted("width     %s, %s\n",
+                   api::with_unit(api::to_digits_above(outcome.upper - outcome.lower, 3), unit).c_str(),
+                   reason(outcome).c_str());
   add_verdict(out, comparison);
   add_regions(out, comparison);
   add_direction(out, "a to b", outcome.a_to_b, comparison.a, unit);
@@ -275,7 +264,7 @@ std::string to_table(const Comparison& comparison) {
   add_mesh(out, "mesh b", comparison.b, comparison.units.b);
   if (comparison.a.topology) add_topology(out, "a is", *comparison.a.topology, unit);
   if (comparison.b.topology) add_topology(out, "b is", *comparison.b.topology, unit);
-  for (const std::string& note : api::notes_of(comparison)) append(out, "note      %s\n", note.c_str());
+  for (const std::string& note : api::notes_of(comparison)) out += "note      " + note + "\n";
   add_engine(out, comparison);
   add_times(out, comparison);
   return out;

@@ -66,7 +66,7 @@ std::string shown_text(std::string_view text) {
   std::size_t end = std::min<std::size_t>(text.size(), 64);
   while (end < text.size() && end > 0 && is_within_character(text[end])) --end;
   std::string out = "'";
-  for (const char c : text.substr(0, end)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
+  for (const char c : text.substr(0, end)) out += is_control(c) ? '?' : c;
   return out + (text.size() > end ? "...'" : "'");
 }
 

@@ -101,11 +101,11 @@ Limit bytes_in(const std::string& file) {
 }
 
 // Above memory.high a process is not killed, but hardly runs any more.
-Limit limit_of_version_2(const std::string& group) {
+Limit memory_of_version_2(const std::string& group) {
   return least_of(bytes_in(group + "/memory.max"), bytes_in(group + "/memory.high"));
 }
 
-Limit limit_of_version_1(const std::string& group) { return bytes_in(group + "/memory.limit_in_bytes"); }
+Limit memory_of_version_1(const std::string& group) { return bytes_in(group + "/memory.limit_in_bytes"); }
 
 }  // namespace
 
@@ -126,7 +126,7 @@ std::uint64_t memory_bytes() {
 }
 
 std::uint64_t memory_granted(const std::string& root) {
-  const auto least = least_group_limit(root, "memory", limit_of_version_2, limit_of_version_1);
+  const auto least = least_group_limit(root, "memory", memory_of_version_2, memory_of_version_1);
   return least ? static_cast<std::uint64_t>(*least) : 0;
 }
 

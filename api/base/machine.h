@@ -1,5 +1,5 @@
-// What a process may use of the machine: fewer processors and less memory than there are under a limit of its control
-// groups, of version 2, or 1 at its usual paths.
+// The processors and the memory that a process may use: less than the machine has where the process's control groups
+// (version 2, or version 1 at its usual paths) set a limit.
 #pragma once
 
 #include <cstdint>

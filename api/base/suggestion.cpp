@@ -4,15 +4,16 @@
 #include <numeric>
 #include <vector>
 
+#include "api/base/text.h"
+
 namespace meshgauge::api {
 namespace {
 
 constexpr std::size_t kLongestWord = 64;  // no key is longer
 
 std::string folded(std::string_view word) {
-  std::string out(word);
+  std::string out = lower_case(std::string(word));
   for (char& c : out) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     if (c == '-' || c == ' ') c = '_';
   }
   return out;

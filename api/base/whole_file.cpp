@@ -35,8 +35,8 @@ ssize_t read_all(int fd, std::span<std::byte> to) {
   return static_cast<ssize_t>(done);
 }
 
-constexpr int kToRead =
-    O_RDONLY | O_CLOEXEC | O_NONBLOCK;  // O_NONBLOCK: opening a pipe without a writer must not block
+// O_NONBLOCK: opening a pipe without a writer must not block.
+constexpr int kToRead = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
 
 // Returns why a component could not be opened. A symbolic link is detected here, since the errno of openat() depends
 // on its flags.
@@ -83,8 +83,8 @@ Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t
     return Error{ErrorCode::too_large,
                  "'" + path + "' is larger than the " + std::to_string(most) + " bytes that may still be read", "", ""};
   }
-  std::unique_ptr<std::byte[]> bytes(new (std::nothrow)
-                                         std::byte[size + 1]);  // one byte more, to detect a file that grows
+  // One byte more, to detect a file that grows.
+  std::unique_ptr<std::byte[]> bytes(new (std::nothrow) std::byte[size + 1]);
   if (!bytes) return Error{ErrorCode::too_large, "'" + path + "' is larger than the memory", "", ""};
   const ssize_t count = read_all(fd, {bytes.get(), size + 1});
   if (count < 0) return failed(path);

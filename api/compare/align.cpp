@@ -8,8 +8,6 @@
 namespace meshgauge::api {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // A point of the mesh anywhere in its box is moved into the range.
 bool keeps_range(const Box& box, const RigidMotion& motion) {
   for (int corner = 0; corner < 8; ++corner) {

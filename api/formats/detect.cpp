@@ -1,7 +1,6 @@
 #include "api/formats/detect.h"
 
 #include <algorithm>
-#include <array>
 #include <string>
 
 #include "api/base/text.h"

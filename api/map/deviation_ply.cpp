@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "api/base/figures.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::api {
 namespace {
@@ -16,8 +17,7 @@ std::string coordinates(const Vec3& p) { return shortest(p.x()) + " " + shortest
 
 // Replaces characters that would end a line of the header.
 std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  std::replace_if(text.begin(), text.end(), is_control, ' ');
   return text;
 }
 

@@ -9,6 +9,7 @@
 
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::api {
 namespace {
@@ -79,11 +80,10 @@ class BatchReader {
 
   // Names appear in documents and reports, where control characters are not allowed.
   Result<Done> short_text(const JsonValue& json, const std::string& where, std::string& out) const {
-    const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
     if (json.is_string()) {
       const auto& text = json.get_ref<const std::string&>();
       const bool fine = !text.empty() && text.size() <= kMaxBatchNameBytes;
-      if (fine && std::none_of(text.begin(), text.end(), control)) {
+      if (fine && find_control(text) == std::string::npos) {
         out = text;
         return Done{};
       }

@@ -1,4 +1,4 @@
-// A request while it is read: what the readers of api/request/ fill in.
+// A request while it is read: what the readers of api/options/ fill in.
 #pragma once
 
 #include <optional>

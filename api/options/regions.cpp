@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <utility>
-#include <variant>
 
 #include "api/base/json_filter.h"
+#include "api/base/utf8.h"
 #include "api/formats/groups.h"
 #include "api/options/gate.h"
 #include "api/options/parts.h"
@@ -69,9 +69,8 @@ Group read_group(const JsonValue& value, const std::string& at, Reading& reading
 }
 
 std::string read_name(const JsonValue& value, const std::string& at, Reading& reading) {
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
   const auto name = reading.text(value, at);
-  if (name && (name->empty() || name->size() > kMostBytesOfName || std::ranges::any_of(*name, is_control)))
+  if (name && (name->empty() || name->size() > kMostBytesOfName || find_control(*name) != std::string::npos))
     reading.refuse(at, "must be a text of 1 to " + std::to_string(kMostBytesOfName) + " bytes on one line, not " +
                            shown_text(*name));
   if (name == kRest) reading.refuse(at, "must not be 'rest': that is what lies in no region");

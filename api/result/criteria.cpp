@@ -19,8 +19,6 @@ namespace {
 constexpr Name<Criterion::Of> kOf[] = {{Criterion::Of::distance, "distance"},
                                        {Criterion::Of::share, "share"},
                                        {Criterion::Of::expectation, "expectation"}};
-constexpr Name<Verdict> kVerdicts[] = {
-    {Verdict::pass, "pass"}, {Verdict::fail, "fail"}, {Verdict::undecided, "undecided"}};
 constexpr int kWordDigits = 6;
 
 std::optional<Criterion::Place> place_of(const std::optional<Witness>& witness, bool on_a) {
@@ -100,8 +98,6 @@ Criterion of_share(const AreaInterval& share, const Outcome& outcome, const Comp
   return judged(std::move(criterion));
 }
 
-int severity(Verdict verdict) { return verdict == Verdict::fail ? 2 : verdict == Verdict::undecided ? 1 : 0; }
-
 // The greatest is the foremost.
 std::tuple<int, bool, double> foremost_rank(const Criterion& c) {
   const bool is_limit = c.of != Criterion::Of::expectation;
@@ -147,10 +143,6 @@ Json place_json(const std::optional<Criterion::Place>& at) {
           {"nearest_triangle", at->nearest ? Json(at->nearest_triangle) : Json(nullptr)}};
 }
 
-Vec3 read_point(const Json& json) {
-  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
-}
-
 std::uint32_t read_triangle(const Json& json) {
   const auto index = json.get<double>();
   return in_range(index, {0, 0xFFFFFFFF, true}, "").ok() ? static_cast<std::uint32_t>(index) : 0;
@@ -158,10 +150,10 @@ std::uint32_t read_triangle(const Json& json) {
 
 std::optional<Criterion::Place> read_place(const Json& json) {
   if (json.is_null()) return std::nullopt;
-  Criterion::Place place{json.at("on") != "b", read_point(json.at("point")), read_triangle(json.at("triangle")),
+  Criterion::Place place{json.at("on") != "b", point_of(json.at("point")), read_triangle(json.at("triangle")),
                          std::nullopt, 0};
   if (const Json& nearest = json.at("nearest_point"); !nearest.is_null()) {
-    place.nearest = read_point(nearest);
+    place.nearest = point_of(nearest);
     place.nearest_triangle = read_triangle(json.at("nearest_triangle"));
   }
   return place;

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "api/base/utc.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::api {
 namespace {
@@ -20,7 +21,7 @@ void replace_all(std::string& text, std::string_view what, std::string_view by) 
 // XML allows neither most control characters nor U+FFFE and U+FFFF, not even as character references.
 std::string escaped(std::string text) {
   for (char& c : text) {
-    if ((static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7F) c = '?';
+    if (is_control(c) && c != '\n') c = '?';
   }
   constexpr std::pair<std::string_view, std::string_view> kWritten[] = {
       {"\xEF\xBF\xBE", "?"}, {"\xEF\xBF\xBF", "?"}, {"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}};

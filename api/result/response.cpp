@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <optional>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -120,7 +119,6 @@ WrittenResult written(const Comparison& comparison) {
   const ComparisonOptions& options = comparison.options;
   const Outcome& outcome = comparison.outcome;
   const auto& unit = comparison.units.result;
-  Json gate = gate_of(options), tolerance = json_of(options.tolerance, outcome);
   const auto expectations = expectations_of(comparison);
   const auto criteria = criteria_of(comparison, expectations);
   const auto verdict = worst(criteria);
@@ -131,14 +129,14 @@ WrittenResult written(const Comparison& comparison) {
   Json json{{"id", comparison.id},
             {"status", name_of(kStops, outcome.stop)},
             {"verdict", text_or_null(result.verdict)},
-            {"gate", std::move(gate)},
+            {"gate", gate_of(options)},
             {"unit", json_of(unit)},
             {"notes", notes_of(comparison)},
             {"direction", name_of(kDirections, options.direction)},
             {"distance", interval(outcome.lower, outcome.upper)},
             {"a_to_b", json_of(outcome.a_to_b)},
             {"b_to_a", json_of(outcome.b_to_a)},
-            {"tolerance", std::move(tolerance)},
+            {"tolerance", json_of(options.tolerance, outcome)},
             {"precision_floor", outcome.precision_floor},
             {"timings_ms", timings(result.stages)},
             {"meshes", meshes_of(comparison)},

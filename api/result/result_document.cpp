@@ -18,12 +18,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Uses at(), which throws for a missing member or a wrong type; result_facts() catches that.
-Vec3 point(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
-
 std::optional<ResultWitness> witness_of(const Json& json, bool on_candidate) {
   if (json.is_null()) return std::nullopt;
-  return ResultWitness{on_candidate, point(json.at("point_a")), json.at("triangle_a").get<std::uint32_t>(),
-                       point(json.at("point_b")), json.at("triangle_b").get<std::uint32_t>()};
+  return ResultWitness{on_candidate, point_of(json.at("point_a")), json.at("triangle_a").get<std::uint32_t>(),
+                       point_of(json.at("point_b")), json.at("triangle_b").get<std::uint32_t>()};
 }
 
 // Returns false also for NaN. Documents may come from another service, and verdicts need valid bounds.
@@ -116,6 +114,10 @@ Result<ResultFacts> result_facts(const Json& document, Side candidate) try {
   return facts;
 } catch (const Json::exception& error) {
   return no_comparison(error.what());
+}
+
+Vec3 point_of(const Json& point) {
+  return {point.at(0).get<double>(), point.at(1).get<double>(), point.at(2).get<double>()};
 }
 
 double upper_of(const Json& interval) {

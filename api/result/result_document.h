@@ -53,6 +53,9 @@ struct ResultFacts {
 // result or its bounds are not an interval.
 Result<ResultFacts> result_facts(const nlohmann::ordered_json& document, Side candidate);
 
+// Returns a point [x, y, z]. Throws nlohmann::json::exception when it is none.
+Vec3 point_of(const nlohmann::ordered_json& point);
+
 // Returns the upper bound of an interval {"lower": ..., "upper": ...}; null: infinity, there is none yet. A result that
 // this version writes always has one: it is known before the search begins. Throws nlohmann::json::exception when it
 // is neither.

@@ -6,15 +6,11 @@
 
 namespace meshgauge::api {
 
-Verdict worst(Verdict a, Verdict b) {
-  if (a == Verdict::fail || b == Verdict::fail) return Verdict::fail;
-  return a == Verdict::pass ? b : a;
-}
+std::string_view to_string(Verdict verdict) { return name_of(kVerdicts, verdict); }
 
-std::string_view to_string(Verdict verdict) {
-  constexpr std::string_view kNames[] = {"pass", "fail", "undecided"};
-  return kNames[static_cast<std::size_t>(verdict)];
-}
+int severity(Verdict verdict) { return verdict == Verdict::fail ? 2 : verdict == Verdict::undecided ? 1 : 0; }
+
+Verdict worst(Verdict a, Verdict b) { return severity(a) < severity(b) ? b : a; }
 
 Verdict verdict_within(double lower, double upper, double limit, double uncertainty) {
   if (upper <= less_uncertainty(limit, uncertainty)) return Verdict::pass;
@@ -23,9 +19,8 @@ Verdict verdict_within(double lower, double upper, double limit, double uncertai
 
 DistanceLimit shown_limit(std::span<const DistanceLimit> limits, double uncertainty) {
   const auto rank = [&](const DistanceLimit& one) {
-    const Verdict found = verdict_within(one.lower, one.upper, one.limit, uncertainty);
-    const int severity = found == Verdict::fail ? 2 : found == Verdict::undecided ? 1 : 0;
-    return std::tuple(severity, one.side.empty(), severity == 0 ? one.limit : -one.limit);
+    const int worse = severity(verdict_within(one.lower, one.upper, one.limit, uncertainty));
+    return std::tuple(worse, one.side.empty(), worse == 0 ? one.limit : -one.limit);
   };
   return *std::ranges::max_element(limits, {}, rank);
 }

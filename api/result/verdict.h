@@ -6,14 +6,19 @@
 #include <string_view>
 
 #include "api/options/comparison_options.h"
+#include "api/options/names.h"
 #include "engine/outcome.h"
 
 namespace meshgauge::api {
 
 enum class Verdict { pass, fail, undecided };
 
+inline constexpr Name<Verdict> kVerdicts[] = {
+    {Verdict::pass, "pass"}, {Verdict::fail, "fail"}, {Verdict::undecided, "undecided"}};
+
 std::string_view to_string(Verdict verdict);
-Verdict worst(Verdict a, Verdict b);  // fail, else undecided, else pass
+int severity(Verdict verdict);        // 0: pass, 1: undecided, 2: fail
+Verdict worst(Verdict a, Verdict b);  // the one of greater severity
 
 // Returns pass when what lies in [lower, upper] is certainly at most `limit` (upper <= limit - uncertainty), fail when
 // it is certainly above (lower > limit + uncertainty), undecided when the limit lies inside the interval.

@@ -79,6 +79,12 @@ std::string sha256_base64(std::string_view text) {
 }  // namespace meshgauge::check
 
 namespace meshgauge::check::svg {
+namespace {
+
+// Text anchor for a label at `share` of the width that keeps it inside.
+std::string_view anchor(double share) { return share < 0.12 ? "start" : share > 0.88 ? "end" : "middle"; }
+
+}  // namespace
 
 std::string percent(double share) { return number(100 * std::clamp(share, 0.0, 1.0)) + "%"; }
 
@@ -88,8 +94,6 @@ std::string number(double x) {
   std::snprintf(text, sizeof text, "%.2f", x);
   return text;
 }
-
-std::string_view anchor(double share) { return share < 0.12 ? "start" : share > 0.88 ? "end" : "middle"; }
 
 std::string label(std::string_view css_class, double share, int y, const std::string& plain_text) {
   std::string out("<text class=\"");

@@ -24,9 +24,6 @@ namespace meshgauge::check::svg {
 std::string percent(double share);  // "12.34%"; share within [0, 1]
 std::string number(double x);       // two decimals; 0 if not finite
 
-// Text anchor for a label at `share` of the width that keeps it inside: "start", "middle" or "end".
-std::string_view anchor(double share);
-
 std::string label(std::string_view css_class, double share, int y, const std::string& plain_text);
 std::string line(std::string_view css_class, double share, int y1, int y2);  // vertical
 std::string box(std::string_view css_class, double from, double to, int y,

@@ -329,10 +329,10 @@ class Expansion {
   Spellings spellings_;
 };
 
-// Returns the gates. Adds mistakes at the entry's candidate, baseline or name: a glob without matches; a missing or
-// unusable file; a candidate that is its own baseline; a baseline with a placeholder that is the same for two
-// candidates; two gates of one name; a baseline that matches a glob's template and has no candidate. The last is
-// skipped for --update-baselines and with `only`.
+// Returns the gates. A missing or unusable file is a defect of its gate. Adds mistakes at the entry's candidate,
+// baseline or name: a glob without matches, or one that passes over files; a candidate that is its own baseline; a
+// baseline with a placeholder that is the same for two candidates; two gates of one name; a baseline that matches a
+// glob's template and has no candidate. The last is skipped for --update-baselines and with `only`.
 std::vector<Gate> expand(const std::vector<Entry>& entries, const fs::path& manifest, const Lookup& lookup,
                          Mistakes& mistakes) {
   Expansion expansion(manifest, lookup, mistakes);

@@ -1,7 +1,6 @@
 #include "check/manifest/manifest_text.h"
 
 #include <algorithm>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>

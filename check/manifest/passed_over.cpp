@@ -1,7 +1,6 @@
 #include "check/manifest/passed_over.h"
 
 #include <algorithm>
-#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <random>
-#include <utility>
 
 #include "check/remote/address.h"
 #include "check/remote/answer.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <span>
-#include <string_view>
 
 #include "api/base/digest.h"
 #include "check/reports/wording.h"

@@ -1,6 +1,5 @@
 #include "check/run/meshes.h"
 
-#include <atomic>
 #include <chrono>
 #include <new>
 #include <system_error>

@@ -1,10 +1,10 @@
 // The front of strategy `auto`: leaves out most of A before anything is ordered and before a tree is built.
 //
-// Where both meshes have the same triangle indices, the movements of the vertices bound each triangle of A in one pass;
-// where the meshes are far from each other, single points of B do (front.cpp). A few distances of vertices give a lower
-// bound L. The triangles whose bounds are within the tolerance of L are left out; the rest, usually a few dozen, goes
-// through the search, together with the triangles of B that can be nearest to it (vicinity.h). Often the rest is the
-// vertex alone that L is the distance of.
+// Where both meshes have the same triangle indices, the movements of the vertices bound each triangle of A in one pass
+// (Movement); where the meshes are far from each other, single points of B do (PointFront). A few distances of vertices
+// give a lower bound L. The triangles whose bounds are within the tolerance of L are left out; the rest, usually a few
+// dozen, goes through the search, together with the triangles of B that can be nearest to it (vicinity.h). Often the
+// rest is the vertex alone that L is the distance of.
 //
 // The lower bound that the front culls against is a guess: the search measures anew what it reports. It follows that
 // the front needs no proof beyond that of

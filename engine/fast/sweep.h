@@ -19,7 +19,6 @@
 
 #include <optional>
 
-#include "engine/fast/bounds/overlay.h"
 #include "engine/search/search.h"
 #include "engine/tree/ordered_mesh.h"
 

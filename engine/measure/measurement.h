@@ -5,7 +5,7 @@
 //   reduce       bisection.h, or reduction.h with a strategy of the paper
 //   certify      certify.h
 //   regions      region_stage.h, instead of the above, which it runs for each part
-//   areas        area/area_stage.h
+//   areas        area_stage.h: also the sides
 //   statistics   statistics_stage.h
 #pragma once
 

@@ -1,5 +1,5 @@
-// What an interval means for what was asked: which rule holds, whether the gate is decided and how far it is narrowed
-// then, why the work ended.
+// What an interval means for what was asked: which rule holds, whether the gate is decided, why the work ended; and how
+// far an interval is narrowed once its gate is decided.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ inline Stop to_stop(Interruption interruption) {
   return interruption == Interruption::timeout ? Stop::timeout : Stop::cancelled;
 }
 
-// The time to narrow what is decided: while it lives, the control's deadline is no later than in half a second.
+// The time to narrow what is decided: while it lives, the control's deadline is at most half a second after its start.
 class NarrowingTime {
  public:
   explicit NarrowingTime(Control& control) : control_(control), deadline_(control.deadline()) {

@@ -1,6 +1,5 @@
 #include "server/handlers/batch_receiver.h"
 
-#include <algorithm>
 #include <mutex>
 #include <utility>
 

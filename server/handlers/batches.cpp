@@ -7,7 +7,6 @@
 #include <set>
 #include <span>
 #include <stdexcept>
-#include <thread>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -38,7 +37,7 @@ constexpr std::chrono::hours kMaxQueueTime{7 * 24};  // of a batch's jobs, at le
 constexpr std::chrono::seconds kRenewAfter{60};      // far less than the age at which a sweep removes unused blobs
 
 // The batch was removed while the request arrived. Sent again, the request makes a new batch.
-Problem removed_just_now() {
+Problem batch_removed_just_now() {
   return {ProblemKind::storage_unavailable,
           "the batch of this Idempotency-Key was removed while the request arrived; send it again",
           {}};
@@ -253,7 +252,7 @@ void Batches::insert(Exchange& exchange, BatchReceiver& receiver, bool repeats) 
   batch.repeats = repeats;
   const auto inserted = batches_.insert_batch(batch);
   if (!inserted) return answer(exchange, api::to_problem(inserted.error()));
-  if (inserted->gone) return answer(exchange, removed_just_now());
+  if (inserted->gone) return answer(exchange, batch_removed_just_now());
   if (inserted->mesh_gone) return answer(exchange, problem_of_removed_mesh(exchange.owner, request));
   if (inserted->conflict) {
     return answer(exchange, Problem{ProblemKind::idempotency_key_reused,

@@ -31,9 +31,6 @@ Jobs::Kind kind_of(const Preferences& preferences) {
   return preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited;
 }
 
-// The timeout runs from the submission on, in the queue as well.
-Clock::time_point deadline_of(const LiveJob& job) { return job.submitted + job.request.timeout; }
-
 store::JobKey job_key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
 
 // A document without the ids of stored meshes is often meant for files.
@@ -253,11 +250,6 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& job, 
   waiting->listening = job->on_end(exchange.wake);
   exchange.response.quick = true;
   exchange.response.later = [this, waiting](Exchange& later) { return look(later, *waiting); };
-  // A look at once would find nothing, unless the job is late, cancelled or over. No end is missed: one that is_over()
-  // does not see comes after on_end(), so it wakes the client, and Client keeps a wake-up that comes before it waits.
-  const auto now = Clock::now();
-  const bool late = now >= deadline_of(*job) || (waiting->until && now >= *waiting->until);
-  if (!late && !job->control.cancelled() && !job->is_over()) exchange.response.due = next_look(*waiting);
 }
 
 // A client that disconnects ends its comparison, unless that is durable.
@@ -287,7 +279,7 @@ std::optional<Clock::time_point> Comparisons::look(Exchange& exchange, Waiting& 
 // The job's end is signalled; its deadline in the queue, and a store that is away, are not.
 Clock::time_point Comparisons::next_look(const Waiting& waiting) const {
   const auto now = Clock::now();
-  const auto deadline = deadline_of(*waiting.job);
+  const auto deadline = waiting.job->deadline();
   const auto next = jobs_.store_queue() || deadline <= now ? now + kWaitTick : deadline;
   return waiting.until ? std::min(next, *waiting.until) : next;
 }

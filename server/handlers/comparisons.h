@@ -40,7 +40,7 @@ class Comparisons {
  private:
   struct Post;
   struct Waiting;
-  // What the client asked for.
+  // When the POST began, and whether its comparison is durable.
   struct Terms {
     Clock::time_point since = Clock::now();
     bool durable = false;

@@ -1,7 +1,5 @@
 #include "server/handlers/deviations.h"
 
-#include <algorithm>
-#include <cstdio>
 #include <new>
 #include <thread>
 #include <utility>

@@ -26,6 +26,12 @@ std::string joined(const Head& head, std::string_view name) {
   return all;
 }
 
+// True if it may be passed on: at most 512 bytes of printable ASCII with a '='. Its members are not parsed.
+bool is_tracestate(std::string_view value) {
+  return value.find('=') != std::string_view::npos && value.size() <= kMostStateBytes &&
+         std::all_of(value.begin(), value.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
 void add_missing(Response& response, const char* name, const char* value) {
   const bool there = std::any_of(response.headers.begin(), response.headers.end(),
                                  [&](const auto& header) { return header.first == name; });
@@ -47,11 +53,6 @@ std::optional<TraceParent> parse_traceparent(std::string_view value) {
   if (value.size() > kTraceParentBytes && (version == "00" || value[kTraceParentBytes] != '-')) return std::nullopt;
   const bool odd = std::string_view("13579bdf").find(flags[1]) != std::string_view::npos;
   return TraceParent{trace_id, parent_id, odd};
-}
-
-bool is_tracestate(std::string_view value) {
-  return value.find('=') != std::string_view::npos && value.size() <= kMostStateBytes &&
-         std::all_of(value.begin(), value.end(), [](char c) { return c >= ' ' && c <= '~'; });
 }
 
 Trace continue_trace(const Head& head) {

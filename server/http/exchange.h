@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "api/base/problem.h"
-#include "api/compare/compare.h"
 #include "api/result/response.h"
 #include "server/http/body.h"
 #include "server/http/head.h"
@@ -53,8 +52,6 @@ struct TraceParent {
   bool sampled = false;
 };
 std::optional<TraceParent> parse_traceparent(std::string_view value);  // nullopt: invalid
-// True if it may be passed on: at most 512 bytes of printable ASCII with a '='. Its members are not parsed.
-bool is_tracestate(std::string_view value);
 
 inline constexpr int kNoContent = 204;
 inline constexpr int kNotModified = 304;
@@ -81,7 +78,6 @@ struct Response {
   // set, else when to call it again. It is also called after exchange.wake(), and when exchange.client_gone has become
   // true. May throw.
   std::function<std::optional<Clock::time_point>(Exchange&)> later = nullptr;
-  std::optional<Clock::time_point> due = std::nullopt;  // when to call `later` first; nullopt: at once
   // Instead of `body`: chunks over time. Appends the next piece to `piece`, or leaves it empty; returns nullopt after
   // the last piece, else when to call it again. Also called after exchange.wake(), but not before the client has taken
   // the piece before. May throw; the response then breaks off without a terminating chunk.

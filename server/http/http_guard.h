@@ -2,7 +2,6 @@
 // server/http/head reads and validates the head, server/http/body the body, server/http/serving writes the response.
 #pragma once
 
-#include <atomic>
 #include <optional>
 #include <string>
 

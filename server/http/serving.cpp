@@ -232,7 +232,6 @@ Serving::Step Serving::receive_body() {
 // Returns when to try again; nullopt: the response is made.
 std::optional<Clock::time_point> Serving::make_response() {
   if (!exchange_.response.later) return std::nullopt;
-  if (const auto first = std::exchange(exchange_.response.due, std::nullopt)) return first;
   auto later = std::exchange(exchange_.response.later, nullptr);
   try {
     const auto due = later(exchange_);

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "api/base/digest.h"
-#include "server/base/heap.h"
 
 namespace meshgauge::server {
 namespace {
@@ -17,7 +16,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using store::JobState;
 
-constexpr seconds kMaintenanceInterval{1};
 constexpr milliseconds kProgressInterval{100};
 constexpr seconds kCancelTime{1};
 constexpr milliseconds kUntold{50};  // after the deadline of a queued job: its end may be known a little later
@@ -107,17 +105,12 @@ Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& 
     watcher_.hear(signal);
     if (worker_) worker_->hear(signal);
   });
-  maintenance_ = std::thread([this] { maintain(); });
+  upkeep_thread_.emplace(upkeep_);
 }
 
 Jobs::~Jobs() {
   stop();
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  wake_.notify_all();
-  maintenance_.join();
+  upkeep_thread_.reset();
   stores_.signals.stop_listening();
   scheduler_.end();
   store_errors_.note(stores_.jobs.flush());
@@ -323,10 +316,7 @@ Jobs::Submitted Jobs::repeated(Submission& submission) {
 
 void Jobs::run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   watcher_.expect(job);
-  job->control.set_deadline(job->submitted + job->request.timeout);
-  job->control.watch(
-      [watched = job.get()](const Progress& p) { watched->progressed(certified(p.lower, p.upper, p.stage)); },
-      kProgressInterval);
+  job->set_up_control(job->deadline());
   scheduler_.submit(std::move(slot),
                     {job->client, job->bytes, job->request.timeout, std::shared_ptr<Control>(job, &job->control),
                      [this, job](Scheduler::Slot held) { measure_unstored(*job, std::move(held)); }});
@@ -422,7 +412,7 @@ bool Jobs::abandon(const std::shared_ptr<LiveJob>& job) {
 void Jobs::end_if_over(LiveJob& job) {
   if (queue_ || job.durable) return;
   // Not control.check(): of a job that runs, that is for its own threads.
-  const bool over = job.control.cancelled() || LiveJob::Clock::now() >= job.submitted + job.request.timeout;
+  const bool over = job.control.cancelled() || LiveJob::Clock::now() >= job.deadline();
   if (!over || !scheduler_.withdraw(job.control)) return;
   end_unstored(job, api::in_time(job.control, "a thread was free for it").error(), std::nullopt);
 }
@@ -436,9 +426,9 @@ std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
     return Problem{
         ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again", {}};
   }
-  const bool begun = job.view().row.state != JobState::queued;
+  const bool begun = job.state() != JobState::queued;
   const milliseconds late = begun || !there ? kLate : kUntold;
-  if (LiveJob::Clock::now() < job.submitted + job.request.timeout + late) return std::nullopt;
+  if (LiveJob::Clock::now() < job.deadline() + late) return std::nullopt;
   if (!there)
     return Problem{ProblemKind::storage_unavailable,
                    "the store does not answer, and the timeout of the request has passed; send it again later",
@@ -450,16 +440,6 @@ void Jobs::ended(const LiveJob& job, const store::Job& row) {
   if (!stores_.shared) return release_blobs(stores_, store_errors_, row.key.owner, row.mesh_a, row.mesh_b);
   for (const MeshSource* source : {&job.a, &job.b}) {
     if (!source->id.empty() && !source->kept) upkeep_.remove_unless_used({job.key.owner, source->id});
-  }
-}
-
-void Jobs::maintain() {
-  const NeverFails never_fails;
-  std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kMaintenanceInterval, [&] { return ending_; })) {
-    lock.unlock();
-    upkeep_.tick();
-    lock.lock();
   }
 }
 

@@ -12,12 +12,9 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <variant>
 
 #include "server/access/access.h"
@@ -88,8 +85,8 @@ class Jobs final : private Watcher::Listener {
 
   // Ends a job that is not durable and whose client has disconnected. false: it ends soon, in this process.
   bool abandon(const std::shared_ptr<LiveJob>& job);
-  // Ends a job that waits for a thread and is not stored, if its client has disconnected or its timeout has passed.
-  // Call it at that time, and after the job's changes. Does not block.
+  // Ends a job that waits for a thread and is not stored, if its cancel was requested, its client has disconnected, or
+  // its timeout has passed. Call it then. Does not block.
   void end_if_over(LiveJob& job);
   // Returns the reason to stop waiting for this job, or nullopt to keep waiting.
   std::optional<api::Problem> give_up(const LiveJob& job) const;
@@ -133,7 +130,6 @@ class Jobs final : private Watcher::Listener {
   Result<bool> cancel(const store::Job& row);
   Result<Deleted> forget(const store::JobKey& key);
   void ended(const LiveJob& job, const store::Job& row) override;
-  void maintain();
 
   const Settings settings_;
   const Stores stores_;
@@ -150,10 +146,7 @@ class Jobs final : private Watcher::Listener {
   std::optional<StoreQueue> queue_;  // of the distributed form
   Watcher watcher_;
   std::optional<Worker> worker_;  // of the embedded form
-  std::mutex mutex_;              // guards ending_
-  bool ending_ = false;
-  std::condition_variable wake_;
-  std::thread maintenance_;
+  std::optional<UpkeepThread> upkeep_thread_;
 };
 
 }  // namespace meshgauge::server

@@ -128,7 +128,7 @@ void Watcher::stop() {
 std::size_t Watcher::queued() const {
   const std::lock_guard lock(mutex_);
   return static_cast<std::size_t>(std::count_if(watched_.begin(), watched_.end(), [](const auto& watched) {
-    return watched.second.held && watched.second.held->view().row.state == JobState::queued;
+    return watched.second.held && watched.second.held->state() == JobState::queued;
   }));
 }
 
@@ -241,7 +241,7 @@ void Watcher::cancel_left() {
   }
   while (!left.empty() && cancelled(*left.back())) left.pop_back();
   const auto now = LiveJob::Clock::now();
-  std::erase_if(left, [&](const auto& job) { return now > job->submitted + job->request.timeout; });
+  std::erase_if(left, [&](const auto& job) { return now > job->deadline(); });
   const std::lock_guard lock(mutex_);
   left_.insert(left_.end(), left.begin(), left.end());
 }

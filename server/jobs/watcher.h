@@ -4,7 +4,6 @@
 // Thread safe.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <map>

@@ -1,10 +1,9 @@
 // The whole service: routes, guard and workers wired together.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
-#include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>

@@ -4,15 +4,11 @@
 
 #include <array>
 #include <atomic>
-#include <condition_variable>
 #include <limits>
-#include <mutex>
-#include <thread>
 
 #include "api/base/digest.h"
 #include "api/base/refused.h"
 #include "server/access/entrance.h"
-#include "server/base/heap.h"
 #include "server/handlers/readiness.h"
 #include "server/jobs/upkeep.h"
 #include "server/main/status_port.h"
@@ -44,38 +40,6 @@ WorkerOptions options_of(const Settings& settings) {
   options.log_jobs = true;
   return options;
 }
-
-// Runs once a second on a thread of its own, because it may block for the database.
-class UpkeepThread {
- public:
-  explicit UpkeepThread(Upkeep& upkeep) : thread_([this, &upkeep] { run(upkeep); }) {}
-  ~UpkeepThread() {
-    {
-      const std::lock_guard lock(mutex_);
-      ending_ = true;
-    }
-    wake_.notify_all();
-    thread_.join();
-  }
-  UpkeepThread(const UpkeepThread&) = delete;
-  UpkeepThread& operator=(const UpkeepThread&) = delete;
-
- private:
-  void run(Upkeep& upkeep) {
-    const NeverFails never_fails;
-    std::unique_lock lock(mutex_);
-    while (!wake_.wait_for(lock, std::chrono::seconds(1), [this] { return ending_; })) {
-      lock.unlock();
-      upkeep.tick();
-      lock.lock();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool ending_ = false;
-  std::thread thread_;
-};
 
 void watch_levels(Metrics& metrics, const Settings& settings, const Worker& worker) {
   metrics.watch(Level::jobs_running, [&worker] { return static_cast<double>(worker.running()); });

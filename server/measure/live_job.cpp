@@ -9,6 +9,11 @@
 #include "engine/hausdorff.h"
 
 namespace meshgauge::server {
+namespace {
+
+constexpr std::chrono::milliseconds kReportInterval{100};  // between two reports of a job's progress, at least
+
+}  // namespace
 
 store::Progress certified(double lower, double upper, std::string stage) {
   return {lower, upper, std::move(stage), meshgauge::version()};
@@ -38,6 +43,11 @@ LiveJob::LiveJob(store::NewJob job, std::optional<api::Request> parsed, MeshSour
 JobView LiveJob::view() const {
   const std::lock_guard lock(mutex_);
   return view_;
+}
+
+store::JobState LiveJob::state() const {
+  const std::lock_guard lock(mutex_);
+  return view_.row.state;
 }
 
 std::uint64_t LiveJob::version() const {
@@ -87,6 +97,11 @@ bool LiveJob::cancel_requested() const {
 std::optional<store::Progress> LiveJob::progress() const {
   const std::lock_guard lock(mutex_);
   return view_.row.progress;
+}
+
+void LiveJob::set_up_control(Clock::time_point latest) {
+  control.set_deadline(latest);
+  control.watch([this](const Progress& p) { progressed(certified(p.lower, p.upper, p.stage)); }, kReportInterval);
 }
 
 void LiveJob::started(unsigned tries, store::TimePoint when) {

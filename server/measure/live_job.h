@@ -67,6 +67,7 @@ class LiveJob {
   std::optional<JobSlot> counted;  // its place among its owner's jobs
 
   JobView view() const;
+  store::JobState state() const;
   std::uint64_t version() const;  // grows with every change
 
   // Blocks until is_over(), for at most `time`. Returns whether it is.
@@ -81,6 +82,12 @@ class LiveJob {
   void cancel();  // for its owner: it ends as cancelled
   bool cancel_requested() const;
   std::optional<store::Progress> progress() const;
+
+  // When a client that waits gives up: the timeout runs from the submission on, in the queue as well.
+  Clock::time_point deadline() const { return submitted + request.timeout; }
+
+  // Sets the deadline of `control`, and passes its reports on to progressed(). Call it before the run.
+  void set_up_control(Clock::time_point latest);
 
   // Called by the thread that runs it.
   void started(unsigned tries, store::TimePoint when);

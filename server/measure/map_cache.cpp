@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <span>
 #include <streambuf>
 

@@ -1,9 +1,9 @@
-// Measures one comparison on the calling thread: from its sources to its stored result.
+// Measures one comparison on the calling thread, from its sources to its stored result; the threads that it borrows,
+// and what loads its meshes.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <utility>
 

@@ -4,9 +4,7 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 
 #include "server/store/batch_store.h"
 #include "server/store/job_store.h"
@@ -103,7 +101,7 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex, 
   WriteBehind behind_;  // destroyed first: it writes until then
 };
 
-// A statement of the jobs and of the batches. `work`: BatchItem::work. false: there is a job of that id or that
+// Inserts a queued job, for the jobs and the batches. `work`: BatchItem::work. false: there is a job of that id or that
 // idempotency key already.
 bool insert_row(Connection& connection, const NewJob& job, const std::string& work);
 

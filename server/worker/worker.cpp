@@ -18,7 +18,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Stage = HeldJob::Stage;
 
-constexpr milliseconds kProgressInterval{100};
 constexpr std::size_t kMostCancelled = 1000;
 constexpr std::size_t kMostNamed = 50;  // ids in one line of the log
 constexpr milliseconds kFirstPause{100};
@@ -423,9 +422,7 @@ bool Worker::begin(HeldJob& job) {
   }
   auto deadline = *job.begun + live.request.timeout;
   if (job.deadline) deadline = std::min(deadline, *job.begun + (*job.deadline - stores_.jobs.time()));
-  live.control.set_deadline(deadline);
-  live.control.watch([&live](const Progress& p) { live.progressed(certified(p.lower, p.upper, p.stage)); },
-                     kProgressInterval);
+  live.set_up_control(deadline);
   return true;
 }
 

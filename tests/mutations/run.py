@@ -177,8 +177,6 @@ MUTATIONS = [
     ("areas: cells end where B does", "engine/fast/bounds/overlay.cpp", "    if (view.takes_cells) return false;\n", "    if (view.takes_cells) continue;\n"),
     ("areas: what the search for the largest distance left out counts as within", "engine/measure/measurement.cpp",
      "direction.bounds.assign(from.given, rounding::float_up(left_out));", "direction.bounds.assign(from.given, 0 * rounding::float_up(left_out));"),
-    ("areas: a triangle is within what its only vertex searched is", "engine/measure/measurement.cpp",
-     "of_first = std::max(of_first, rounding::float_up(left_out));", "(void)of_first;"),
     ("areas: the input error does not count for bounds of the search", "engine/extras/area/places.cpp",
      "rounding::subtract_down(given_low_, in_.error)", "given_low_"),
     ("areas: a triangle of which only a vertex was searched counts as searched", "engine/measure/measurement.cpp",

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "api/base/text.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::api {
 namespace {
@@ -35,10 +36,9 @@ bool has_scheme(std::string_view name) {
 
 // Returns the defect of the name as a whole; empty: none.
 std::string defect_of(std::string_view name) {
-  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7F'; };
   if (name.empty()) return "is empty";
   if (name.size() > kMostFilePathBytes) return "is longer than " + std::to_string(kMostFilePathBytes) + " bytes";
-  if (std::ranges::any_of(name, is_control)) return "has a control character";
+  if (find_control(name) != std::string_view::npos) return "has a control character";
   if (has_scheme(name)) return "has a scheme, and nothing is fetched: name a file in the folder of the .gltf";
   if (name.find('\\') != std::string_view::npos) return "has a backslash: folders are separated by '/'";
   if (name.front() == '/') return "is absolute: name a file in the folder of the .gltf";

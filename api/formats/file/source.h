@@ -22,7 +22,7 @@ struct Source {
 
   const char* begin() const { return reinterpret_cast<const char*>(bytes.data()); }
   const char* end() const { return begin() + bytes.size(); }
-  std::string_view text() const { return {begin(), bytes.size()}; }
+  std::string_view text() const { return as_text(bytes); }
 };
 
 // Return errors about a part: "line 12 of 'a': ...", "byte 84 of 'a': ...", "accessors[3] of 'a': ...", "'a' is ...".

@@ -13,6 +13,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "zip archives are read as the machine's own integers");
 
+// A directory record: the bytes before its name, and places in them.
 constexpr std::size_t kFixedBytes = 46;
 constexpr std::size_t kNameLengthAt = 28;
 constexpr std::size_t kExtraLengthAt = 30;

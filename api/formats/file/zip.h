@@ -20,12 +20,11 @@ namespace meshgauge::api {
 // Returns true when the bytes begin like a zip archive, including an empty one.
 bool is_zip(std::string_view text);
 
-// Rewrites the directory of a Zip64 archive as that of a plain one. minizip 1.1 (Debian 12) finds the directory of a
-// Zip64 archive but leaves the sizes of its entries at 0xFFFFFFFF; later versions also read the rewritten records.
-//
-// Returns the directory record that begins at byte `at`, to the end of its extra fields, with the sizes and the offset
-// of its Zip64 field in their plain places and that field's id changed to an unused one. Empty: no record begins there,
-// it has no Zip64 field in use, or the field is damaged or holds a number of 4 GiB or more.
+// Returns a directory record of a Zip64 archive as that of a plain one: the record that begins at byte `at`, to the end
+// of its extra fields, with the sizes and the offset of its Zip64 field in their plain places and that field's id
+// changed to an unused one. Empty: no record begins there, it has no Zip64 field in use, or the field is damaged or
+// holds a number of 4 GiB or more. minizip 1.1 (Debian 12) leaves the sizes of such entries at 0xFFFFFFFF; later
+// versions also read the rewritten records.
 std::vector<std::byte> plain_zip_record(std::span<const std::byte> archive, std::size_t at);
 
 // The archive's bytes as a file for minizip.

@@ -11,6 +11,7 @@
 #include "api/formats/gltf/gltf_accessor.h"
 #include "api/formats/gltf/gltf_archive.h"
 #include "api/formats/gltf/gltf_document.h"
+#include "api/formats/gltf/gltf_file.h"
 #include "api/formats/gltf/gltf_scene.h"
 #include "api/formats/gltf/gltf_views.h"
 
@@ -20,8 +21,6 @@ namespace {
 Error fail(const Source& source, const std::string& where, const std::string& what) {
   return at(source, where, ErrorCode::unreadable_mesh, what);
 }
-
-std::string item(const char* array, std::size_t index) { return array + ("[" + std::to_string(index) + "]"); }
 
 // Returns file callbacks for tinygltf that open nothing. Its defaults open any file that a URI names; the documents
 // that it gets name none.
@@ -100,7 +99,7 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
   std::vector<Bytes> out;
   decoded.reserve(document.buffers.size());  // spans point into it, so it must not grow
   for (const GltfBuffer& buffer : document.buffers) {
-    const std::string where = item("buffers", out.size());
+    const std::string where = gltf_item("buffers", out.size());
     if (buffer.fallback) {
       out.emplace_back();
       continue;

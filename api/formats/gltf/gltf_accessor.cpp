@@ -1,7 +1,6 @@
 #include "api/formats/gltf/gltf_accessor.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <utility>
 

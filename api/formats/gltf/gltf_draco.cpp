@@ -1,6 +1,5 @@
 #include "api/formats/gltf/gltf_draco.h"
 
-#include <memory>
 #include <optional>
 #include <utility>
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,21 @@ namespace meshgauge::api {
 namespace {
 
 using nlohmann::json;
+
+enum class GltfEffect {
+  read,     // `what`: the objects whose extension is read; elsewhere it is unknown
+  none,     // no effect on the surface: ignored, also where it is required
+  same,     // the file describes the same surface without it: ignored, refused where it is required
+  noted,    // another surface beside the one that is read; `what` is the remark
+  surface,  // is or changes surface; `what` is the kind that is counted as unread
+  unknown,
+};
+
+struct GltfExtension {
+  std::string_view name;
+  GltfEffect effect = GltfEffect::unknown;
+  std::string_view what = {};  // a plural
+};
 
 using enum GltfEffect;
 
@@ -87,6 +103,18 @@ constexpr std::string_view kSameFamilies[] = {"OMI_", "ASOBO_"};
 
 bool is_in(std::span<const std::string_view> families, std::string_view name) {
   return std::ranges::any_of(families, [&](std::string_view family) { return name.starts_with(family); });
+}
+
+GltfExtension gltf_extension(std::string_view name) {
+  const auto known = std::ranges::find(kKnown, name, &GltfExtension::name);
+  if (known != std::end(kKnown)) return *known;
+  if (is_in(kHarmlessFamilies, name)) return {name, none};
+  return {name, is_in(kSameFamilies, name) ? same : unknown};
+}
+
+// Returns whether a file that requires the extension can be read.
+bool may_be_required(const GltfExtension& extension) {
+  return extension.effect == GltfEffect::read || extension.effect == GltfEffect::none;
 }
 
 constexpr std::string_view kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
@@ -250,13 +278,6 @@ class Counter {
 };
 
 }  // namespace
-
-GltfExtension gltf_extension(std::string_view name) {
-  const auto known = std::ranges::find(kKnown, name, &GltfExtension::name);
-  if (known != std::end(kKnown)) return *known;
-  if (is_in(kHarmlessFamilies, name)) return {name, none};
-  return {name, is_in(kSameFamilies, name) ? same : unknown};
-}
 
 Result<Done> take_gltf_extensions(const Source& source, json& root, GltfDocument& out) {
   if (auto ok = check_required(source, root, out); !ok) return ok;

@@ -23,7 +23,7 @@ enum class ObjRole {
   attribute,      // no surface by itself: the body of a free-form surface, a quality of display
   line,           // points, lines and curves
   surface,        // a surface that is not read
-  unknown,        // no word of the specification, or one that this file does not judge: it may be a surface
+  unknown,        // no word of the specification, which may be a surface; or one that statement() reads itself
 };
 
 struct Statement {

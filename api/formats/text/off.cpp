@@ -32,7 +32,7 @@ constexpr std::string_view kObjectWords[] = {"appearance", "define", "geometry",
 constexpr std::size_t kLongestObject = 16;
 
 std::string_view object_at(const char* p, const char* end) {
-  const std::string_view word = word_at(p, std::min(end, p + std::min<std::ptrdiff_t>(end - p, kLongestObject)));
+  const std::string_view word = word_at(p, p + std::min<std::ptrdiff_t>(end - p, kLongestObject));
   if (std::ranges::find(kObjectWords, word) != std::end(kObjectWords)) return word;
   for (const std::string_view object : kObjects) {
     const std::size_t at = word.find(object);
@@ -44,7 +44,7 @@ std::string_view object_at(const char* p, const char* end) {
   return {};
 }
 
-// Number of 4-byte numbers that follow the coordinates of a vertex.
+// How many numbers follow the coordinates of a vertex.
 struct OffExtras {
   int normal = 0;
   int colour = 0;
@@ -382,8 +382,6 @@ Result<ReadMesh> OffReader::read() {
   return std::move(out_);
 }
 
-std::size_t as_size(std::ptrdiff_t bytes) { return static_cast<std::size_t>(bytes); }
-
 // Reads a file without the keyword, as Geomview does. Used only when a name or a media type says OFF, since any file
 // may begin with three numbers.
 Result<ReadMesh> read_without_keyword(const Source& source) {
@@ -412,7 +410,8 @@ Result<ReadMesh> read_without_keyword(const Source& source) {
 std::string_view off_keyword(std::string_view text) {
   constexpr std::size_t kLongest = 9;
   const char* const start = start_of_content(text);
-  const std::string_view word = word_at(start, start + std::min<std::size_t>(32, as_size(text.end() - start)));
+  const char* const end = text.data() + text.size();
+  const std::string_view word = word_at(start, start + std::min<std::ptrdiff_t>(end - start, 32));
   const std::size_t name = word.find("OFF");
   if (name == std::string_view::npos || name + 3 > kLongest) return {};
   const bool counts_follow = word.find_first_not_of("0123456789", name + 3) == std::string_view::npos;

@@ -65,7 +65,7 @@ bool is_mf_core(const XmlName& name, std::string_view local) { return name.is(kC
 bool is_mf_core(const XmlName& name) { return name.space == kCore; }
 
 // Refuses by name a required extension other than production, materials and triangle sets, which are understood.
-std::optional<XmlDefect> check_mf_extensions(std::string_view required_prefixes, const MfPrefixes& prefixes) {
+Defect check_mf_extensions(std::string_view required_prefixes, const MfPrefixes& prefixes) {
   const char* const end = required_prefixes.data() + required_prefixes.size();
   for (const char* p = skip_spaces(required_prefixes.data(), end); p != end; p = skip_spaces(p, end)) {
     const std::string_view prefix = word_at(p, end);
@@ -96,7 +96,7 @@ XmlDefect unsupported_mf_geometry(const XmlName& element) {
 // Refuses attributes of an element with geometry that say that the surface is elsewhere: a mesh of low resolution
 // beside slices or alternatives, a path whose prefix is not declared, and attributes of 3MF itself with a prefix, which
 // others may read.
-std::optional<XmlDefect> check_mf_attributes(const XmlAttributes& attributes) {
+Defect check_mf_attributes(const XmlAttributes& attributes) {
   constexpr std::string_view kCoreAttributes[] = {
       "unit", "requiredextensions", "type", "objectid", "transform", "printable", "v1", "v2", "v3", "x", "y", "z"};
   for (const auto& [name, value] : attributes.prefixed()) {
@@ -121,8 +121,7 @@ std::optional<XmlDefect> check_mf_attributes(const XmlAttributes& attributes) {
 }
 
 // Refuses an attribute that differs from one of `known` only by upper and lower case.
-std::optional<XmlDefect> check_mf_spelling(const XmlAttributes& attributes,
-                                           std::initializer_list<std::string_view> known) {
+Defect check_mf_spelling(const XmlAttributes& attributes, std::initializer_list<std::string_view> known) {
   for (const char* const* pair = attributes.pairs(); *pair != nullptr; pair += 2) {
     for (const std::string_view name : known) {
       if (name == pair[0] || !same_word(pair[0], name)) continue;

@@ -324,7 +324,8 @@ Error XmlReader::fault() const {
   if (code == XML_ERROR_NO_MEMORY) {
     return here(ErrorCode::too_large, "the XML has too many different names to be held in 64 MiB");
   }
-  return here(ErrorCode::unreadable_mesh, std::string("not valid XML: ") + XML_ErrorString(code));
+  const XmlDefect defect = invalid(XML_ErrorString(code));
+  return here(defect.code, defect.what);
 }
 
 std::optional<Error> XmlReader::feed(std::string_view piece, bool is_last) {
@@ -361,8 +362,7 @@ const char* XmlAttributes::find(std::string_view name_space, std::string_view lo
 }
 
 std::optional<XmlDefect> XmlHandler::undeclared(const XmlName& name) {
-  return XmlDefect{ErrorCode::unreadable_mesh,
-                   "not valid XML: the prefix of " + in_quotes(name.written) + " is not declared"};
+  return invalid("the prefix of " + in_quotes(name.written) + " is not declared");
 }
 
 Result<Done> read_xml(const Source& source, ZipArchive& archive, const std::string& name, XmlHandler& handler) {

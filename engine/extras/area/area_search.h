@@ -59,8 +59,7 @@ bool measure_vertices(const AreaDirection& direction, const std::optional<std::v
 // The tasks that `count` items make, `each` a task.
 inline std::size_t tasks_for(std::size_t count, std::size_t each) { return (count + each - 1) / each; }
 
-// What is still too wide of the intervals, and how much of it a part contributes: scales of a part's widths, by which
-// they count in tolerances; 0: narrow enough.
+// What is still too wide of the intervals: the scales that turn a part's widths into tolerances; 0: narrow enough.
 struct Demand {
   // The share beyond a limit of distance.
   struct Probe {

@@ -7,7 +7,6 @@
 #include <bit>
 #include <cassert>
 #include <cerrno>
-#include <cstring>
 
 #include <libpq-fe.h>
 

@@ -2,7 +2,6 @@
 // BatchStore (batches.cpp).
 #include "server/store/postgres/postgres_store.h"
 
-#include <cassert>
 #include <utility>
 
 #include "api/base/digest.h"

@@ -4,12 +4,9 @@
 // Rows of jobs are locked in the order of (owner, id), so that calls cannot deadlock.
 #pragma once
 
-#include <atomic>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
-#include <thread>
 
 #include "server/store/batch_store.h"
 #include "server/store/listings.h"

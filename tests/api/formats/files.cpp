@@ -4,7 +4,6 @@
 #include <fstream>
 #include <map>
 #include <sstream>
-#include <stdexcept>
 #include <utility>
 
 #include "api/formats/gltf/gltf_bundle.h"

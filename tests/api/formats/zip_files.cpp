@@ -1,7 +1,6 @@
 #include "tests/api/formats/zip_files.h"
 
 #include <stdexcept>
-#include <utility>
 
 #include <zlib.h>
 

@@ -1,6 +1,4 @@
 // Reports on a batch: its document, lines of results, its JUnit report.
-#include <sstream>
-
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 #include <pugixml.hpp>

@@ -1,7 +1,6 @@
 #include "server/measure/memory_budget.h"
 
 #include <atomic>
-#include <memory>
 #include <optional>
 #include <random>
 #include <thread>

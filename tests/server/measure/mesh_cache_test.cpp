@@ -6,7 +6,6 @@
 #include <fstream>
 #include <future>
 #include <new>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>

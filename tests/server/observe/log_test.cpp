@@ -1,7 +1,6 @@
 // The line of a request: its members, and that no text from a client can end it.
 #include "server/observe/log.h"
 
-#include <atomic>
 #include <string>
 
 #include <doctest/doctest.h>

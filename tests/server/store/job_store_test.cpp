@@ -1,6 +1,5 @@
 #include "server/store/job_store.h"
 
-#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <set>

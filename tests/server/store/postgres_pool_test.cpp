@@ -1,6 +1,5 @@
 // The pool of connections: few, and not always available.
 #include <atomic>
-#include <functional>
 #include <set>
 #include <thread>
 

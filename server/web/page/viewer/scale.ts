@@ -38,7 +38,7 @@ export function binEdges(axis: Axis, count: number): number[] {
   return Array.from({ length: count + 1 }, (_, i) => distanceAt(axis, i / count));
 }
 
-// Returns a brushed range as numbers of bin edges; the whole axis is no range.
+// A brushed range, as numbers of bin edges; the whole axis is no range.
 export interface Brush {
   from: number;
   to: number;

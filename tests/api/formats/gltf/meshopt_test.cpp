@@ -1,7 +1,6 @@
 #include "api/formats/gltf/meshopt.h"
 
 #include <cmath>
-#include <cstring>
 #include <random>
 
 #include <doctest/doctest.h>
