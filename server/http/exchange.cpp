@@ -96,7 +96,6 @@ ProblemDocument document_of(const api::Problem& problem) {
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after) {
   Response& response = exchange.response;
   response.later = nullptr;
-  response.due.reset();
   response.stream = nullptr;
   response.file.reset();
   response.length_known = true;
