@@ -36,6 +36,25 @@ struct Tolerance {
   std::optional<double> relative;  // U - L <= relative * L (eq. 17)
 };
 
+// A limit plus a change, rounded down or up: exact where it is a double.
+inline double changed_limit(double limit, double change, double towards) {
+  const double sum = limit + change, part = sum - limit;
+  const double off = (limit - (sum - part)) + (change - part);  // exactly limit + change - sum (Knuth)
+  const bool is_beyond = towards < 0 ? off < 0 : off > 0;
+  return is_beyond ? std::nextafter(sum, towards) : sum;
+}
+
+// What an uncertainty leaves of a limit, rounded away from it: what is at most `pass` passes, what is above `fail`
+// fails. Without an uncertainty both are the limit.
+struct LimitEnds {
+  double pass = 0;
+  double fail = 0;
+};
+inline LimitEnds ends_of(double limit, double uncertainty) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  return {changed_limit(limit, -uncertainty, -kFar), changed_limit(limit, uncertainty, kFar)};
+}
+
 struct Options {
   Direction direction = Direction::symmetric;
   Tolerance tolerance{std::nullopt, 1e-6, 0.01};
@@ -61,6 +80,8 @@ struct Options {
   // Not empty: each region is measured by itself, then what is in no region, the rest (engine/measure/region_stage.h).
   std::vector<Region> regions;
   Thresholds thresholds;  // for tests
+
+  LimitEnds ends(double limit) const { return ends_of(limit, uncertainty); }
 };
 
 // The instruction sets that this processor supports, the fastest first; the last is "scalar". All give the same bits.
@@ -68,21 +89,5 @@ std::span<const std::string_view> supported_simd();
 
 // Whether n_point supports this number of samples.
 bool is_stencil(int points);
-
-// A limit plus a change, rounded down or up: exact where it is a double.
-inline double changed_limit(double limit, double change, double towards) {
-  const double sum = limit + change, part = sum - limit;
-  const double off = (limit - (sum - part)) + (change - part);  // exactly limit + change - sum (Knuth)
-  const bool is_beyond = towards < 0 ? off < 0 : off > 0;
-  return is_beyond ? std::nextafter(sum, towards) : sum;
-}
-
-// A limit less and plus its uncertainty, rounded away from it.
-inline double less_uncertainty(double limit, double uncertainty) {
-  return changed_limit(limit, -uncertainty, -std::numeric_limits<double>::infinity());
-}
-inline double plus_uncertainty(double limit, double uncertainty) {
-  return changed_limit(limit, uncertainty, std::numeric_limits<double>::infinity());
-}
 
 }  // namespace meshgauge

@@ -19,8 +19,8 @@ struct SideOptions {
   static constexpr double kLeastLength = 0.01;
   static constexpr double kGateTolerance = 1e-4;  // of the direction's upper bound: an interval that may hold a limit
 
-  // A gate: limits >= 0 of the distance of A's points inside of B, and of those outside. Options::uncertainty narrows
-  // both. The search ends when it is decided; Options::narrow narrows the intervals further.
+  // A gate: limits >= 0 of the distance of A's points inside of B, and of those outside. Options::ends() are those
+  // of both. The search ends when it is decided; Options::narrow narrows the intervals further.
   struct Zone {
     double inside = 0;
     double outside = 0;

@@ -78,7 +78,7 @@ void Measurement::set_goal() {
     goal_.width = pair_.frame.length_to_frame(width);
     goal_.relative = t.relative.value_or(0);
   }
-  if (options_.max_distance) set_gate(less_uncertainty(*options_.max_distance, options_.uncertainty));
+  if (options_.max_distance) set_gate(options_.ends(*options_.max_distance).pass);
 }
 
 // Lower by what the input error takes, and by the rounding of that: the search only has to get there; conclude()
@@ -119,8 +119,9 @@ Outcome Measurement::run() {
 void Measurement::search_whole() {
   conclude(search_all());
   // The gate cannot pass any more: whether it fails is another limit.
-  if (limit_ && options_.uncertainty > 0 && outcome_.stop == Stop::gate_decided && outcome_.lower > *limit_) {
-    set_gate(plus_uncertainty(*options_.max_distance, options_.uncertainty));
+  const LimitEnds ends = options_.ends(options_.max_distance.value_or(0));
+  if (limit_ && ends.pass < ends.fail && outcome_.stop == Stop::gate_decided && outcome_.lower > *limit_) {
+    set_gate(ends.fail);
     if (!gate_decided(limit_, outcome_.lower, outcome_.upper)) conclude(search_anew());
   }
   if (options_.narrow && outcome_.stop == Stop::gate_decided) narrow();

@@ -130,12 +130,13 @@ class RegionStage {
     return std::max(wished, least_resolution_);
   }
 
-  // Whether the gate passes or fails, or the uncertainty is known to leave it open.
+  // Whether the gate passes or fails, or is known to stay open between the ends of its limit.
   bool is_decided(const RegionOutcome& found) const {
     const auto& limit = part_options_.max_distance;
     const auto decided = [&](double at) { return gate_decided(at, found.lower, found.upper); };
-    return limit && decided(less_uncertainty(*limit, options_.uncertainty)) &&
-           decided(plus_uncertainty(*limit, options_.uncertainty));
+    if (!limit) return false;
+    const LimitEnds ends = options_.ends(*limit);
+    return decided(ends.pass) && decided(ends.fail);
   }
 
   // The searches ended by a rule or the gate, which may not hold of them together: doubtful triangles count for the

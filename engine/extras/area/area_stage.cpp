@@ -9,7 +9,6 @@
 #include "engine/extras/area/area_search.h"
 #include "engine/extras/area/side_search.h"
 #include "engine/mesh/topology.h"
-#include "engine/search/conclusion.h"
 
 namespace meshgauge {
 namespace {
@@ -64,23 +63,6 @@ auto searched(const MeasuredDirection& direction, const MeasuredPair& pair, cons
   } catch (const std::bad_alloc&) {
     return nothing(AreaStop::budget);
   }
-}
-
-// A gate is decided first, and narrowed without its limits.
-SideOutcome search_sides(const AreaDirection& direction, const SideOptions& asked) {
-  SideOutcome found = SideSearch(direction, asked, direction.options.uncertainty).run();
-  if (!asked.zone || !direction.options.narrow || found.stop != AreaStop::complete || found.refused) return found;
-  const NarrowingTime time(direction.control);
-  SideOptions plain = asked;
-  plain.zone.reset();
-  plain.length_tolerance = std::max(plain.length_tolerance, kNarrowRelative);
-  const SideOutcome narrow = SideSearch(direction, plain, 0).run();
-  for (const auto side : {&SideOutcome::outside, &SideOutcome::inside}) {
-    const double upper = std::min((found.*side).upper, (narrow.*side).upper);
-    if (!narrow.refused && (narrow.*side).lower > (found.*side).lower) found.*side = narrow.*side;
-    if (!narrow.refused) (found.*side).upper = upper;
-  }
-  return found;
 }
 
 }  // namespace

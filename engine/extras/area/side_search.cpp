@@ -9,8 +9,8 @@
 #include "engine/extras/area/places.h"
 #include "engine/extras/area/winding.h"
 #include "engine/mesh/mesh_index.h"
-#include "engine/options.h"
 #include "engine/rounding.h"
+#include "engine/search/conclusion.h"
 #include "engine/tree/nearest.h"
 
 namespace meshgauge {
@@ -48,15 +48,15 @@ void limit_other_side(SidePart& part) {
 
 }  // namespace
 
-SideSearch::SideSearch(const AreaDirection& direction, const SideOptions& asked, double uncertainty)
+SideSearch::SideSearch(const AreaDirection& direction, const SideOptions& asked)
     : in_(direction), asked_(asked), stop_([this] { return in_.control.check() != Interruption::none; }) {
   for (std::size_t i = 0; i < in_.pool.size(); ++i) bounders_.emplace_back(in_.to, in_.adjacency, in_.error);
   if (!asked.zone) return;
   const int exponent = in_.frame.exponent();
   const auto limits = [&](double limit) {
-    const double pass = std::max(less_uncertainty(limit, uncertainty), 0.0);
-    return Limits{rounding::scale_down(pass, -exponent),
-                  rounding::scale_up(plus_uncertainty(limit, uncertainty), -exponent)};
+    const LimitEnds ends = in_.options.ends(limit);
+    return LimitEnds{rounding::scale_down(std::max(ends.pass, 0.0), -exponent),
+                     rounding::scale_up(ends.fail, -exponent)};
   };
   limits_ = {limits(asked.zone->outside), limits(asked.zone->inside)};
 }
@@ -303,7 +303,7 @@ double SideSearch::goal(std::size_t side) const {
   if (!limits_) return lower + asked_.length_tolerance * std::max(lower, SideOptions::kLeastLength * in_.most);
   const bool may_pass =
       reached_[kOutside].lower <= (*limits_)[kOutside].pass && reached_[kInside].lower <= (*limits_)[kInside].pass;
-  const Limits& limits = (*limits_)[side];
+  const LimitEnds& limits = (*limits_)[side];
   return std::max(may_pass ? limits.pass : limits.fail, lower + SideOptions::kGateTolerance * in_.most);
 }
 
@@ -348,6 +348,22 @@ SideOutcome SideSearch::result(AreaStop stop) const {
     if (reached.lower == 0) continue;
     bounds.at = in_.frame.from_frame(reached.at);
     bounds.triangle = in_.from.original[reached.triangle];
+  }
+  return found;
+}
+
+SideOutcome search_sides(const AreaDirection& direction, const SideOptions& asked) {
+  SideOutcome found = SideSearch(direction, asked).run();
+  if (!asked.zone || !direction.options.narrow || found.stop != AreaStop::complete || found.refused) return found;
+  const NarrowingTime time(direction.control);
+  SideOptions plain = asked;
+  plain.zone.reset();
+  plain.length_tolerance = std::max(plain.length_tolerance, kNarrowRelative);
+  const SideOutcome narrow = SideSearch(direction, plain).run();
+  for (const auto side : {&SideOutcome::outside, &SideOutcome::inside}) {
+    const double upper = std::min((found.*side).upper, (narrow.*side).upper);
+    if (!narrow.refused && (narrow.*side).lower > (found.*side).lower) found.*side = narrow.*side;
+    if (!narrow.refused) (found.*side).upper = upper;
   }
   return found;
 }

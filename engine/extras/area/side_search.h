@@ -19,6 +19,7 @@
 
 #include "engine/extras/area/area_search.h"
 #include "engine/extras/area/part.h"
+#include "engine/options.h"
 #include "engine/sides.h"
 
 namespace meshgauge {
@@ -42,8 +43,8 @@ struct SidePart {
 
 class SideSearch {
  public:
-  // `asked.zone`: the gate; nullopt: none. `direction.options`: max_memory_bytes, max_work_items, thresholds.
-  SideSearch(const AreaDirection& direction, const SideOptions& asked, double uncertainty);
+  // `direction.options`: max_memory_bytes, max_work_items, thresholds, and the ends of a gate's limits.
+  SideSearch(const AreaDirection& direction, const SideOptions& asked);
 
   // Lengths and points of the result in the meshes' unit; triangles are those of `from`.
   SideOutcome run();
@@ -65,9 +66,6 @@ class SideSearch {
     SidePart first, second;
     bool is_split = false;
     Learnt learnt;
-  };
-  struct Limits {
-    double pass, fail;
   };
 
   AreaStop search();
@@ -95,7 +93,7 @@ class SideSearch {
   const SideOptions asked_;
   std::deque<PartBounder> bounders_;  // one for each thread
   const Interrupted stop_;
-  std::optional<std::array<Limits, 2>> limits_;     // by side
+  std::optional<std::array<LimitEnds, 2>> limits_;  // by side
   std::optional<std::vector<std::uint32_t>> rest_;  // the triangles of A to visit, ascending; nullopt: all
   LargeArray<Corner> corners_;                      // by vertex of A
   std::deque<SidePart> open_;
@@ -107,5 +105,8 @@ class SideSearch {
   std::uint64_t pieces_ = 0;
   Work work_;
 };
+
+// Searches as asked. A gate is decided first, and narrowed without its limits.
+SideOutcome search_sides(const AreaDirection& direction, const SideOptions& asked);
 
 }  // namespace meshgauge
