@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <initializer_list>
 #include <iterator>
+#include <span>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/formats/detect.h"
 #include "check/files.h"
 #include "check/manifest/manifest.h"
@@ -53,9 +56,11 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   auto request = flags.options.request();
   if (!request) return request.error();
-  if (!has_limit(request->options) && flags.update.empty())
-    return bad_flag("--max-distance",
-                    "is needed for two files, as in --max-distance '0.05 mm'; or --max-share-beyond or --zone");
+  if (!has_limit(request->options) && flags.update.empty()) {
+    const std::vector<std::string> limits = OptionFlags::limits();
+    return bad_flag(limits[0], "is needed for two files, as in --max-distance '0.05 mm'; or " +
+                                   api::listed(std::span(limits).subspan(1), " or "));
+  }
   gate.request = *std::move(request);
   gate.cloud = flags.cloud;
   return gate;

@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "api/base/machine.h"
-#include "api/base/refused.h"
 #include "api/compare/mesh_file.h"
 #include "api/options/request.h"
 #include "api/result/criteria.h"
@@ -44,10 +43,6 @@ struct Flags {
 Result<api::Request> to_request(const Flags& flags) {
   auto request = flags.options.request();
   if (!request) return request;
-  for (const char* flag : {"--fast", "--uncertainty"}) {
-    if (flags.options.has(flag) && !has_limit(request->options))
-      return bad_flag(flag, "needs --max-distance, --max-share-beyond or --zone");
-  }
   if (!request->threads_given) {
     const auto most = static_cast<unsigned>(api::kThreadsRange.high);
     request->options.threads = std::min(api::processors(), most);

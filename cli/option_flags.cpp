@@ -196,7 +196,7 @@ Result<Done> set_units(const OptionFlags& flags, json& document) {
   const std::string both = flags.text("--unit");
   if (!api::parse_unit(api::trimmed(both)))
     return refused(
-        "--unit must be a unit of length (" + std::string(api::kUnitNames) + "), not " + api::shown_text(both), "",
+        "--unit must be a unit of length (" + api::unit_names() + "), not " + api::shown_text(both), "",
         "--unit");
   json units{{"candidate", both}, {"baseline", both}};
   if (flags.has("--unit-a")) units["candidate"] = flags.text("--unit-a");
@@ -238,6 +238,12 @@ std::vector<std::string> OptionFlags::given() const {
   return names;
 }
 
+std::vector<std::string> OptionFlags::limits() {
+  std::vector<std::string> flags = api::limit_names();
+  for (std::string& name : flags) name = flag_of("/" + name);
+  return flags;
+}
+
 Result<json> OptionFlags::document() const {
   json document = json::object();
   for (const Row& row : kRows) {
@@ -261,6 +267,12 @@ Result<api::Request> OptionFlags::request() const {
   const auto whole = document();
   if (!whole) return whole.error();
   api::ReadRequest read = api::read_request(*whole, command_ == Command::compare ? kCompareFlags : kCheckFlags);
+  if (read.mistakes.empty() && command_ == Command::compare && !has_limit(read.request.options)) {
+    for (const Row& row : kRows) {
+      if (has(row.flag) && api::is_about_limits(row.pointer.substr(1)))
+        return bad_flag(std::string(row.flag), "needs " + api::listed(limits(), " or "));
+    }
+  }
   if (read.mistakes.empty()) return std::move(read.request);
   Error error = api::error_of(read.mistakes);
   const auto name = [](Error& one) {

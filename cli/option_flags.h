@@ -30,6 +30,8 @@ class OptionFlags {
   const std::string& text(std::string_view flag) const { return flags_.at(flag).text; }
   // The flags that are given.
   std::vector<std::string> given() const;
+  // The flags of which a gate needs one, --max-distance first.
+  static std::vector<std::string> limits();
 
   // Returns the request, or what is wrong with the flags: an Error for each, the first with the others.
   Result<api::Request> request() const;

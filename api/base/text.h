@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
@@ -108,6 +109,17 @@ inline const char* parse_integer(const char* p, const char* end, std::int64_t& v
   }
   value = negative ? -magnitude : magnitude;
   return p;
+}
+
+// Returns "one, two, three", or with " or " before the last "one, two or three". `words`: texts.
+template <class Words>
+std::string listed(const Words& words, std::string_view before_last = ", ") {
+  std::string list;
+  for (auto word = std::begin(words); word != std::end(words); ++word) {
+    if (word != std::begin(words)) list.append(std::next(word) == std::end(words) ? before_last : ", ");
+    list.append(*word);
+  }
+  return list;
 }
 
 // Returns foreign text for a message: at most `longest` characters, printable ASCII only. in_quotes() puts at most

@@ -9,6 +9,12 @@ std::string_view to_string(LengthUnit unit) {
   return kNames[static_cast<std::size_t>(unit)];
 }
 
+std::string unit_names() {
+  std::string names;
+  for (const LengthUnit unit : kLengthUnits) names.append(names.empty() ? "" : ", ").append(to_string(unit));
+  return names;
+}
+
 std::string_view to_string(UnitSource source) {
   constexpr std::string_view kNames[] = {"unknown", "file", "declared", "assumed"};
   return kNames[static_cast<std::size_t>(source)];

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace meshgauge::api {
@@ -13,6 +14,7 @@ inline constexpr LengthUnit kLengthUnits[] = {LengthUnit::micron, LengthUnit::mi
                                               LengthUnit::meter,  LengthUnit::inch,       LengthUnit::foot};
 
 std::string_view to_string(LengthUnit unit);  // "um", "mm", "cm", "m", "in", "ft"
+std::string unit_names();                     // "um, mm, cm, m, in, ft"
 
 // The source of a mesh's unit.
 enum class UnitSource {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "api/options/request.h"
 
@@ -20,7 +22,8 @@ struct Draft {
   bool unit_of_b = false;
   std::optional<bool> narrow{};
   std::string limits_at{};  // of the first member that is about limits; empty: there is none
-  std::string zone_at{}, uncertainty_at{}, points_at{}, sides_at{}, timeout_at{};
+  std::string uncertainty_at{}, points_at{}, timeout_at{};
+  std::string sides_at{};  // of the first member that asks for the sides of mesh b; empty: there is none
 
   ComparisonOptions& options = request.options;
 };
@@ -31,12 +34,14 @@ inline Reading::Member member(std::string_view key, OptionReader read, Draft& dr
   return {key, [read, &draft](const JsonValue& value, const std::string& at) { read(value, at, draft); }};
 }
 
-// Read a limit, or what is about limits; the names are those of the options.
-void read_max_distance(const JsonValue& value, const std::string& at, Draft& draft);
-void read_max_share_beyond(const JsonValue& value, const std::string& at, Draft& draft);
-void read_zone(const JsonValue& value, const std::string& at, Draft& draft);
-void read_uncertainty(const JsonValue& value, const std::string& at, Draft& draft);
-void read_narrow(const JsonValue& value, const std::string& at, Draft& draft);
+// An option that is a limit, or about limits.
+struct LimitOption {
+  std::string_view key;
+  bool is_limit;
+  OptionReader read;
+  nlohmann::ordered_json (*write)(const ComparisonOptions& options);  // returns null: it is not set
+};
+std::span<const LimitOption> limit_options();
 // Reads an object of these, with the unit of their numbers.
 void read_gate(const JsonValue& value, const std::string& at, Draft& draft);
 

@@ -1,18 +1,172 @@
 #include "api/options/gate.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
+#include <vector>
+
+#include "api/base/text.h"
+#include "api/options/draft.h"
+#include "api/options/unit_plan.h"
+#include "api/options/write_options.h"
 
 namespace meshgauge::api {
+namespace {
+
+using Asked = ComparisonOptions;
+
+// Calls visit(length) for each limit of a distance, and for the distance of the area's.
+template <class Of, class Visit>
+void for_each_length(Of& options, const Visit& visit) {
+  if (options.max_distance) visit(*options.max_distance);
+  if (options.max_share_beyond) visit(options.max_share_beyond->distance);
+  if (options.zone) visit(options.zone->inside), visit(options.zone->outside);
+  for (auto& region : options.regions) {
+    if (region.max_distance) visit(*region.max_distance);
+  }
+}
+
+void read_max_distance(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.options.max_distance = draft.reading.limit(value, at);
+}
+
+void read_max_share_beyond(const JsonValue& value, const std::string& at, Draft& draft) {
+  constexpr const char* kExample = "{distance: 0.05 mm, share: 1 %}";
+  if (!value.is_object())
+    return draft.reading.refuse(at, "must be " + std::string(draft.reading.surface.object) +
+                                        " of distance and share, as " + kExample + ", not " +
+                                        draft.reading.shown(value));
+  ShareLimit& limit = draft.options.max_share_beyond.emplace();
+  const Reading::Member members[] = {
+      {"distance", [&](const JsonValue& v,
+                       const std::string& place) { limit.distance = draft.reading.limit(v, place).value_or(0); }},
+      {"share", [&](const JsonValue& v, const std::string& place) {
+         limit.share = draft.reading.share(v, "the area", place).value_or(0);
+       }}};
+  draft.reading.members(value, members, at);
+  for (const Reading::Member& one : members) {
+    if (value.size() < std::size(members) && !value.contains(one.key))
+      draft.reading.refuse(at, "has no " + std::string(one.key) + ": write " + kExample);
+  }
+}
+
+// [-inside, outside]
+void read_zone(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (!value.is_array() || value.size() != 2)
+    return draft.reading.refuse(
+        at, "must be two limits, inside and outside, as [-0.05 mm, 0.1 mm], not " + draft.reading.shown(value));
+  const auto inside = draft.reading.limit(value[0], at + "/0", Reading::Sign::minus);
+  const auto outside = draft.reading.limit(value[1], at + "/1", Reading::Sign::plus);
+  draft.options.zone = SideOptions::Zone{std::abs(inside.value_or(0)), outside.value_or(0)};
+  draft.sides_at = at;
+}
+
+void read_uncertainty(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.uncertainty_at = at;
+  draft.options.uncertainty = draft.reading.limit(value, at).value_or(0);
+}
+
+void read_narrow(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.narrow = draft.reading.boolean(value, at);
+}
+
+constexpr LimitOption kLimits[] = {
+    {"max_distance", true, read_max_distance,
+     [](const Asked& o) { return o.max_distance ? Json(*o.max_distance) : Json(nullptr); }},
+    {"max_share_beyond", true, read_max_share_beyond,
+     [](const Asked& o) {
+       const auto& limit = o.max_share_beyond;
+       return limit ? Json{{"distance", limit->distance}, {"share", limit->share}} : Json(nullptr);
+     }},
+    {"zone", true, read_zone,
+     [](const Asked& o) { return o.zone ? Json{0 - o.zone->inside, o.zone->outside} : Json(nullptr); }},
+    {"uncertainty", false, read_uncertainty,
+     [](const Asked& o) { return o.uncertainty != 0 ? Json(o.uncertainty) : Json(nullptr); }},
+    {"narrow", false, read_narrow, [](const Asked&) { return Json(nullptr); }}};
+
+void read_limit_unit(const JsonValue& value, const std::string& at, Draft& draft) {
+  draft.declared_words = draft.reading.surface.name(at) + " is " + draft.reading.shown(value);
+  if (value == kUnitOfB) {
+    draft.unit_of_b = true;
+  } else if (value == kUnitOfDiagonal) {
+    draft.declared = {std::nullopt, true};
+  } else if (const auto unit = read_unit(value, at, draft.reading)) {
+    draft.declared = {unit, false};
+  }
+}
+
+void check_limits(Draft& draft) {
+  const ComparisonOptions& options = draft.options;
+  if (!draft.limits_at.empty() && !has_limit(options) && !draft.reading.surface.by_hand)
+    draft.reading.refuse(draft.limits_at, "needs " + listed(limit_names(), " or "));
+  const bool any = std::ranges::any_of(options.regions, [](const Region& r) { return r.max_distance.has_value(); });
+  if (!options.max_distance &&
+      (any || (draft.reading.surface.by_hand && has_limit(options) && !options.regions.empty())))
+    draft.reading.refuse("/regions", "needs max_distance, the limit of what is in no region");
+  if (!uncertainty_fits(options))
+    draft.reading.refuse(draft.uncertainty_at,
+                         "must not be above the distance that may not be exceeded: nothing could pass");
+}
+
+void set_unit(Draft& draft) {
+  AskedUnits& units = draft.options.units;
+  const auto declared = draft.unit_of_b ? std::optional(Reading::LimitUnit{}) : draft.declared;
+  const Reading::LimitUnit found = draft.reading.unit_of_limits(declared, draft.declared_words);
+  units.limit = found.unit;
+  units.limit_of_diagonal = found.of_diagonal;
+  units.limit_of_b = draft.unit_of_b;
+}
+
+}  // namespace
+
+std::optional<LengthUnit> read_unit(const JsonValue& value, const std::string& at, Reading& reading) {
+  const auto unit = value.is_string() ? parse_unit(value.get_ref<const std::string&>()) : std::nullopt;
+  if (!unit)
+    reading.refuse(at, "must be a unit of length (" + unit_names() + "), not " + reading.shown(value));
+  return unit;
+}
+
+void read_gate(const JsonValue& value, const std::string& at, Draft& draft) {
+  if (!draft.limits_at.empty())
+    return draft.reading.refuse(
+        at, "stands beside " + draft.reading.surface.name(draft.limits_at) + ": write all limits in one place");
+  draft.in_gate = true;
+  draft.limits_at = at;
+  std::vector<Reading::Member> members;
+  for (const LimitOption& one : kLimits) members.push_back(member(one.key, one.read, draft));
+  members.push_back(member("units", read_limit_unit, draft));
+  draft.reading.members(value, members, at);
+}
+
+void complete_limits(Draft& draft) {
+  if (draft.reading.mistakes.empty()) set_unit(draft);
+  if (draft.reading.mistakes.empty()) check_limits(draft);
+  const bool limited = has_limit(draft.options);
+  draft.options.narrow = limited && draft.narrow.value_or(true);
+  if (limited && !draft.tolerance_given && !draft.in_gate)
+    draft.options.tolerance = draft.options.max_distance ? kToleranceOfGate : kToleranceOfArea;
+}
+
+std::span<const LimitOption> limit_options() { return kLimits; }
+
+std::vector<std::string> limit_names() {
+  std::vector<std::string> names;
+  for (const LimitOption& one : kLimits) {
+    if (one.is_limit) names.emplace_back(one.key);
+  }
+  return names;
+}
+
+bool is_about_limits(std::string_view option) {
+  return std::ranges::find(kLimits, option, &LimitOption::key) != std::end(kLimits);
+}
 
 bool uncertainty_fits(const ComparisonOptions& options) {
-  const double u = options.uncertainty;
-  const auto& area = options.max_share_beyond;
-  const auto fits = [u](const Region& region) { return u <= region.max_distance.value_or(u); };
-  const auto& zone = options.zone;
-  return u <= options.max_distance.value_or(u) && u <= (area ? area->distance : u) &&
-         (!zone || (u <= zone->inside && u <= zone->outside)) && std::ranges::all_of(options.regions, fits);
+  bool fits = true;
+  for_each_length(options, [&](double limit) { fits = fits && options.uncertainty <= limit; });
+  return fits;
 }
 
 void resolve_shares(ComparisonOptions& options, double diagonal) {
@@ -21,13 +175,8 @@ void resolve_shares(ComparisonOptions& options, double diagonal) {
   const auto resolve = [diagonal](double& share) {
     share = std::min(share * diagonal, std::numeric_limits<double>::max());
   };
-  if (options.max_distance) resolve(*options.max_distance);
-  if (options.max_share_beyond) resolve(options.max_share_beyond->distance);
-  if (options.zone) resolve(options.zone->inside), resolve(options.zone->outside);
+  for_each_length(options, resolve);
   resolve(options.uncertainty);
-  for (Region& region : options.regions) {
-    if (region.max_distance) resolve(*region.max_distance);
-  }
 }
 
 Options engine_options(const ComparisonOptions& options) {
@@ -39,8 +188,9 @@ Options engine_options(const ComparisonOptions& options) {
   if (!options.max_share_beyond) return engine;
   if (!engine.areas) engine.areas.emplace();
   const auto& [distance, share] = *options.max_share_beyond;
-  if (options.uncertainty > 0) engine.areas->beyond.push_back({less_uncertainty(distance, options.uncertainty), share});
-  engine.areas->beyond.push_back({plus_uncertainty(distance, options.uncertainty), share});
+  const LimitEnds ends = options.ends(distance);
+  if (ends.pass < ends.fail) engine.areas->beyond.push_back({ends.pass, share});
+  engine.areas->beyond.push_back({ends.fail, share});
   return engine;
 }
 

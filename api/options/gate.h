@@ -9,14 +9,14 @@
 
 namespace meshgauge::api {
 
-// Whether the uncertainty is above no limit of a distance, of a region's or of the area's: else nothing could pass.
+// Whether something could pass: no limit of a distance, of a region's or of the area's ends (Options::ends()) below 0.
 bool uncertainty_fits(const ComparisonOptions& options);
 
 // Replaces limits that are fractions of the diagonal of mesh b's bounding box by lengths in the unit of mesh b.
 void resolve_shares(ComparisonOptions& options, double diagonal);
 
-// Returns the engine's options, with the zone, and with the question that max_share_beyond asks of the areas at the end
-// of theirs. With an uncertainty U it is two: of its distance less U, then plus U.
+// Returns the engine's options, with what the limits ask of the sides, and of the areas, at the end of their questions.
+// A limited share is that beyond one distance, or beyond the ends of it, the nearer first.
 Options engine_options(const ComparisonOptions& options);
 
 inline constexpr std::string_view kRest = "rest";  // the name of what is in no region

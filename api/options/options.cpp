@@ -7,7 +7,6 @@
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/options/draft.h"
-#include "api/options/gate.h"
 #include "api/options/names.h"
 #include "api/options/parts.h"
 #include "api/options/quantity.h"
@@ -21,13 +20,6 @@ using Member = Reading::Member;
 template <class Number>
 void set_number(const JsonValue& value, const Range& range, const std::string& at, Draft& draft, Number& out) {
   if (const auto number = draft.reading.number(value, range, at)) out = static_cast<Number>(*number);
-}
-
-// A limit outside of `gate`.
-template <OptionReader read>
-void limit(const JsonValue& value, const std::string& at, Draft& draft) {
-  if (draft.limits_at.empty()) draft.limits_at = at;
-  read(value, at, draft);
 }
 
 void read_direction(const JsonValue& value, const std::string& at, Draft& draft) {
@@ -150,12 +142,12 @@ void read_settings(std::optional<Settings>& asked, const JsonValue& value, std::
 }
 
 void read_sides(const JsonValue& value, const std::string& at, Draft& draft) {
-  draft.sides_at = at;
   const Member members[] = {{"length_tolerance", [&](const JsonValue& v, const std::string& place) {
                                set_number(v, kLengthToleranceRange, place, draft,
                                           draft.options.sides->length_tolerance);
                              }}};
   read_settings(draft.options.sides, value, members, at, draft);
+  if (draft.options.sides && draft.sides_at.empty()) draft.sides_at = at;
 }
 
 void read_statistics(const JsonValue& value, const std::string& at, Draft& draft) {
@@ -215,12 +207,8 @@ struct Option {
 constexpr unsigned kAll = Surface::http | Surface::manifest | Surface::flags | Surface::python;
 constexpr unsigned kNotInGates = kAll & ~static_cast<unsigned>(Surface::manifest);
 
-constexpr Option kOptions[] = {{"max_distance", kAll, limit<read_max_distance>},
-                               {"max_share_beyond", kAll, limit<read_max_share_beyond>},
-                               {"zone", kAll, limit<read_zone>},
-                               {"uncertainty", kAll, limit<read_uncertainty>},
-                               {"narrow", kAll, limit<read_narrow>},
-                               {"gate", Surface::http | Surface::python, read_gate},
+// Behind limit_options(), which every surface has.
+constexpr Option kOptions[] = {{"gate", Surface::http | Surface::python, read_gate},
                                {"regions", kAll, take_regions},
                                {"direction", kAll, read_direction},
                                {"align", kAll, take_align},
@@ -278,8 +266,8 @@ Json statistics_of(const Sampling& sampling) {
 void check_direction(Draft& draft) {
   const Surface& words = draft.reading.surface;
   const ComparisonOptions& options = draft.options;
-  if (options.direction == Direction::b_to_a && (options.sides || options.zone))
-    draft.reading.refuse(options.zone ? draft.zone_at : draft.sides_at,
+  if (options.direction == Direction::b_to_a && !draft.sides_at.empty())
+    draft.reading.refuse(draft.sides_at,
                          "is about the points of " + std::string(words.a) + ": the direction must be symmetric or " +
                              std::string(words.a_to_b));
   if (options.direction != Direction::a_to_b) return;
@@ -301,6 +289,12 @@ void complete(Draft& draft) {
 
 void read_members(const JsonValue& document, Draft& draft) {
   std::vector<Member> members;
+  for (const LimitOption& option : limit_options()) {
+    members.push_back({option.key, [read = option.read, &draft](const JsonValue& value, const std::string& at) {
+                         if (draft.limits_at.empty()) draft.limits_at = at;
+                         read(value, at, draft);
+                       }});
+  }
   for (const Option& option : kOptions) {
     if ((option.surfaces & draft.reading.surface.bit) != 0) members.push_back(member(option.key, option.read, draft));
   }
@@ -353,6 +347,7 @@ std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, con
 
 std::vector<std::string_view> options_of(const Surface& surface) {
   std::vector<std::string_view> keys;
+  for (const LimitOption& option : limit_options()) keys.push_back(option.key);
   for (const Option& option : kOptions) {
     if ((option.surfaces & surface.bit) != 0) keys.push_back(option.key);
   }

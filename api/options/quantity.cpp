@@ -72,7 +72,7 @@ Result<Length> parse_length(std::string_view text, bool or_share) {
     const bool word = std::all_of(quantity->unit.begin(), quantity->unit.end(), is_letter);
     if (!length.unit && !word) return no_length(text, or_share);
     if (!length.unit)
-      return refused("must have a unit of length (" + std::string(kUnitNames) + ") behind the number" +
+      return refused("must have a unit of length (" + unit_names() + ") behind the number" +
                      (or_share ? ", or '%' for a share of the baseline's diagonal" : "") + ", not " + shown_text(text));
   }
   if (!in_range(quantity->number, kMaxDistanceRange, "").ok())

@@ -71,11 +71,9 @@ std::optional<std::string> Reading::text(const JsonValue& value, const std::stri
 }
 
 void Reading::no_name(const JsonValue& value, std::span<const std::string_view> known, const std::string& at) {
-  std::string list;
-  for (const std::string_view one : known) list.append(list.empty() ? "" : ", ").append(one);
   const std::string_view meant =
       value.is_string() ? nearest(value.get_ref<const std::string&>(), known) : std::string_view();
-  refuse(at, "must be one of " + list + ", not " + shown(value) +
+  refuse(at, "must be one of " + listed(known) + ", not " + shown(value) +
                  (meant.empty() ? "" : "; did you mean '" + std::string(meant) + "'?"));
 }
 

@@ -50,6 +50,9 @@ std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, con
 // The options of a surface, in the order of the table.
 std::vector<std::string_view> options_of(const Surface& surface);
 
+std::vector<std::string> limit_names();         // of the options of which a gate needs one, max_distance first
+bool is_about_limits(std::string_view option);  // whether it is one of them, or goes with them alone
+
 // Writes what read_request() of HTTP reads as the same request; `gate` has all limits. Without threads unless
 // threads_given.
 nlohmann::ordered_json json_of(const Request& request);

@@ -24,7 +24,7 @@ struct Surface {
 extern const Surface kHttp;
 extern const Surface kPython;
 
-// Returns "max_share_beyond.distance" or "regions[0].box.min[2]".
+// Returns "areas.beyond[0]" or "regions[0].box.min[2]".
 std::string dotted(std::string_view pointer);
 
 }  // namespace meshgauge::api

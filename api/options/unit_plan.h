@@ -18,8 +18,6 @@ std::optional<LengthUnit> parse_unit(std::string_view text);
 
 std::string_view in_words(LengthUnit unit);  // "millimetres", for sentences
 
-inline constexpr std::string_view kUnitNames = "um, mm, cm, m, in, ft";
-
 // Given as a limit's unit: the unit of mesh b (AskedUnits::limit_of_b).
 inline constexpr std::string_view kUnitOfB = "b";
 

@@ -1,11 +1,12 @@
 #include "api/options/write_options.h"
 
 #include <cstdint>
+#include <utility>
 #include <variant>
 
 #include <nlohmann/json.hpp>
 
-#include "api/options/gate.h"
+#include "api/options/draft.h"
 
 namespace meshgauge::api {
 namespace {
@@ -44,10 +45,6 @@ Json json_of(const Tolerance& asked) {
   if (asked.relative) json["relative"] = *asked.relative;
   return json;
 }
-
-Json json_of(const ShareLimit& limit) { return {{"distance", limit.distance}, {"share", limit.share}}; }
-
-Json json_of(const SideOptions::Zone& zone) { return {0 - zone.inside, zone.outside}; }
 
 Json json_of(const Region& region) {
   Json json{{"name", region.name}};
@@ -88,10 +85,10 @@ Json json_of(const AlignOptions& options) {
 
 Json gate_of(const ComparisonOptions& options) {
   if (!has_limit(options)) return nullptr;
-  Json json{{"max_distance", options.max_distance ? Json(*options.max_distance) : Json(nullptr)}};
-  if (options.max_share_beyond) json["max_share_beyond"] = json_of(*options.max_share_beyond);
-  if (options.zone) json["zone"] = json_of(*options.zone);
-  if (options.uncertainty > 0) json["uncertainty"] = options.uncertainty;
+  Json json{{"max_distance", nullptr}};
+  for (const LimitOption& one : limit_options()) {
+    if (Json value = one.write(options); !value.is_null()) json[std::string(one.key)] = std::move(value);
+  }
   json["units"] = text_or_null(limit_unit_name(options.units));
   return json;
 }

@@ -10,7 +10,6 @@
 #include "engine/mesh.h"
 #include "engine/options.h"
 #include "engine/region.h"
-#include "engine/sides.h"
 
 namespace meshgauge::api {
 
@@ -19,8 +18,6 @@ using Json = nlohmann::ordered_json;  // writes a number that is not finite as n
 Json text_or_null(std::string_view text);  // null: the text is empty
 Json json_of(const Vec3& p);
 Json json_of(const Tolerance& asked);  // has only the rules that are set
-Json json_of(const ShareLimit& limit);
-Json json_of(const SideOptions::Zone& zone);  // [-inside, outside]
 Json json_of(const Region& region);
 Json json_of(const Expectations& expect);  // members in a fixed order; a count of one value is a number
 Json json_of(const AlignOptions& options);

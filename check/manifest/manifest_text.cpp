@@ -8,6 +8,7 @@
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/base/suggestion.h"
+#include "api/base/text.h"
 #include "api/base/utf8.h"
 #include "api/options/names.h"
 #include "api/options/request.h"
@@ -26,7 +27,6 @@ constexpr std::string_view kOwn[] = {"name", "candidate", "baseline"};  // keys 
 constexpr std::string_view kOfGates[] = {"cloud", "on_fail", "unmatched_baselines"};
 constexpr api::Name<bool> kOnFail[] = {{false, "fail"}, {true, "warn"}};                 // values of Gate::warn_only
 constexpr api::Name<bool> kUnmatchedBaselines[] = {{false, "error"}, {true, "ignore"}};  // of Entry::unmatched_ignored
-constexpr std::string_view kLimits[] = {"max_distance", "max_share_beyond", "zone"};
 constexpr std::string_view kExample = "version: 1, then gates: with a list of '- name: ...'";
 
 // Keys from elsewhere: the API, flags, YAML.
@@ -237,10 +237,11 @@ Entry read_entry(const YamlNode& node, const Defaults& defaults, Mistakes& mista
   const auto is_there = [&](std::string_view limit) {
     return find(node, limit) || defaults.has(limit) || is_misnamed(node, limit);
   };
-  if (std::none_of(std::begin(kLimits), std::end(kLimits), is_there)) {
+  const std::vector<std::string> limits = api::limit_names();
+  if (std::ranges::none_of(limits, is_there)) {
     mistakes.add(node.place, subject(entry) +
-                                 " has no max_distance: give one here or under 'defaults', as 0.05 mm or 0.5 %; or "
-                                 "max_share_beyond or zone");
+                                 " has no max_distance: give one here or under 'defaults', as 0.05 mm or 0.5 %; or " +
+                                 api::listed(std::span(limits).subspan(1), " or "));
   }
   return entry;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/base/problem.h"
+#include "api/options/gate.h"
 #include "api/result/response.h"
 #include "server/base/heap.h"
 #include "server/measure/job_document.h"
@@ -101,7 +102,7 @@ Result<api::Comparison> Measuring::measure_within(MemoryReservation& memory, Liv
     const auto& larger = (*a)->facts.triangles < (*b)->facts.triangles ? (*b)->facts : (*a)->facts;
     if (auto ok = memory.take_mesh(larger.vertices, larger.triangles); !ok) return std::move(ok).error();
   }
-  if (job.request.options.areas || job.request.options.max_share_beyond) {
+  if (api::engine_options(job.request.options).areas) {
     const std::uint64_t noted = kNotedBytes * ((*a)->facts.triangles + (*b)->facts.triangles);
     if (auto ok = memory.take_more(noted); !ok) return std::move(ok).error();
   }

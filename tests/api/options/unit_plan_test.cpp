@@ -67,8 +67,8 @@ TEST_CASE("units: the usual spellings, and nothing else") {
     }
     CHECK(parse_unit(to_string(unit)) == unit);
     CHECK(parse_unit(in_words(unit)) == unit);
-    CHECK(std::string(api::kUnitNames).find(to_string(unit)) != std::string::npos);
   }
+  CHECK(api::unit_names() == "um, mm, cm, m, in, ft");
   for (const char* none : {"", " ", "mm ", " mm", "km", "nm", "parsec", "mms", "inchs", "%", "px", "1", "b", "''"}) {
     CAPTURE(none);
     CHECK_FALSE(parse_unit(none));
