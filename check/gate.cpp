@@ -1,6 +1,7 @@
 #include "check/gate.h"
 
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -12,8 +13,9 @@ namespace meshgauge::check {
 api::ComparisonOptions options_in(const Gate& gate, const nlohmann::ordered_json& document) {
   api::ComparisonOptions options = gate.request.options;
   const nlohmann::ordered_json::json_pointer diagonal("/meshes/b/diagonal");
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   const bool is_known = document.contains(diagonal) && document[diagonal].is_number();
-  api::resolve_shares(options, is_known ? document[diagonal].get<double>() : 0);
+  api::resolve_shares(options, is_known ? document[diagonal].get<double>() : kUnknown);
   return options;
 }
 

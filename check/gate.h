@@ -40,7 +40,7 @@ struct Gate {
 };
 
 // Returns the options with limits in the unit of the result. `document`: the result of a comparison, which has the
-// diagonal that shares are of.
+// diagonal that shares are of; without it such limits are NaN.
 api::ComparisonOptions options_in(const Gate& gate, const nlohmann::ordered_json& document);
 
 // Returns the error of a comparison with every 'a' in its message replaced by the gate's candidate and every 'b' by its

@@ -80,13 +80,6 @@ Result<Json> rest_of(const Json& document, const api::ComparisonOptions& options
   return part;
 }
 
-// The limits, of which nothing is known.
-std::vector<Criterion> asked(const api::ComparisonOptions& options) {
-  Outcome nothing;
-  if (!options.regions.empty()) nothing.regions.resize(options.regions.size() + 1);
-  return api::criteria_of(nothing, options);
-}
-
 bool is_same_limit(const Criterion& one, const Criterion& other) {
   return one.of == other.of && one.region == other.region && one.side == other.side && one.beyond == other.beyond &&
          one.limit == other.limit && one.uncertainty == other.uncertainty;
@@ -117,7 +110,7 @@ Result<std::vector<Criterion>> criteria_from(const Json& document, const api::Co
   const auto found = document.find("criteria");
   if (found == document.end() || !found->is_array())
     return no_comparison("it has no criteria, since the service is older than this program: update the service");
-  std::vector<Criterion> criteria = asked(options);
+  std::vector<Criterion> criteria = api::limits_asked(options);
   std::size_t region = 0;
   for (std::size_t i = 0; i < std::max(criteria.size(), found->size()); ++i) {
     const std::string name = "its criterion " + std::to_string(i + 1);
@@ -141,12 +134,8 @@ Witness witness_of(const Criterion::Place& at) {
 
 // Whether something is known of every limit and every expectation.
 bool bounded(const GateOutcome& outcome) {
-  if (!outcome.measured || !std::isfinite(outcome.measured->upper)) return false;
-  const auto is_known = [](const Criterion& c) {
-    return std::isfinite(c.upper) && !(c.of == Criterion::Of::share && c.lower <= 0 && c.upper >= 1);
-  };
-  return std::ranges::all_of(outcome.measured->criteria, is_known) &&
-         std::ranges::all_of(outcome.expectations, &Expectation::known);
+  return outcome.measured && std::isfinite(outcome.measured->upper) &&
+         std::ranges::all_of(outcome.criteria(), &Criterion::is_known);
 }
 
 Error no_faces(const Gate& gate, const std::string& has) {
@@ -205,7 +194,7 @@ std::string deciding_limit(const GateOutcome& outcome, const Criterion& criterio
   const Criterion shown = criterion.beyond ? api::in_percent(criterion) : criterion;
   const std::string unit = criterion.beyond ? "%" : outcome.unit();
   std::string text;
-  const double u = criterion.beyond ? 0 : criterion.uncertainty;
+  const double u = criterion.margin();
   if (std::isfinite(shown.upper))
     text = "of at least " + with_unit(to_digits_above(shown.upper + u, kAdviceDigits), unit) + " (pass)";
   if (shown.lower > u)
@@ -224,10 +213,10 @@ std::string more_effort(const Gate& gate, const std::string& status) {
   return "";
 }
 
-// Whether the interval is within the limit less and plus the uncertainty: no narrower one decides.
+// Whether the interval lies between the ends of the limit: no narrower one decides.
 bool is_open_for_ever(const Criterion& criterion) {
-  const double u = criterion.beyond ? 0 : criterion.uncertainty;
-  return criterion.lower > criterion.limit - u && criterion.upper <= criterion.limit + u;
+  const LimitEnds ends = criterion.ends();
+  return criterion.lower > ends.pass && criterion.upper <= ends.fail;
 }
 
 std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion) {
@@ -304,10 +293,6 @@ std::string place_of(const std::string& manifest, const Mistake& mistake) {
 
 }  // namespace
 
-Verdict verdict_of(double lower, double upper, double limit, double uncertainty) {
-  return verdict_of(api::verdict_within(lower, upper, limit, uncertainty));
-}
-
 Verdict verdict_of(api::Verdict verdict) {
   if (verdict == api::Verdict::pass) return Verdict::pass;
   return verdict == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
@@ -323,17 +308,8 @@ std::string_view to_string(Level level) {
   return kNames[static_cast<std::size_t>(level)];
 }
 
-api::ResultFacts facts_of(const Measured& measured) {
-  const Criterion* outside = measured.find(Criterion::Of::distance, "", "outside");
-  return {measured.shown,   measured.lower,     measured.upper,
-          measured.witness, measured.direction, measured.units,
-          measured.motion,  outside != nullptr, outside ? outside->refused : ""};
-}
-
-const Criterion* Measured::find(Criterion::Of of, std::string_view region, std::string_view side) const {
-  const auto found = std::ranges::find_if(criteria, [&](const Criterion& c) {
-    return c.of == of && c.side == side && (c.region == region || (region.empty() && !c.is_of_region()));
-  });
+const Criterion* Measured::distance() const {
+  const auto found = std::ranges::find_if(criteria, &Criterion::is_of_whole);
   return found == criteria.end() ? nullptr : &*found;
 }
 
@@ -355,24 +331,19 @@ Result<Measured> measured_from(Json document, const Gate& gate) {
   auto criteria = criteria_from(document, options);
   if (!criteria) return criteria.error();
   Measured measured;
+  static_cast<api::ResultFacts&>(measured) = *facts;
   measured.criteria = *std::move(criteria);
-  measured.shown = facts->limit.value_or(api::DistanceLimit{options.max_distance.value_or(0)});
-  measured.lower = facts->lower;
-  measured.upper = facts->upper;
-  measured.units = facts->units;
-  measured.motion = facts->motion;
+  measured.limit = api::shown_limit(measured.criteria);
   measured.notes = notes_of(document);
   measured.unread = unread_of(document);
   measured.status = status->get<std::string>();
   measured.verdict = verdict_of(*api::worst(measured.criteria));
-  measured.witness = facts->witness;
-  measured.reached = facts->lower;
+  measured.reached = measured.lower;
   const Criterion* place = api::foremost_place(measured.criteria);
   if (measured.verdict != Verdict::pass && place && place->at->nearest) {
     measured.witness = witness_of(*place->at);
     measured.reached = place->lower;
   }
-  measured.direction = facts->direction;
   measured.document = std::move(document);
   return measured;
 }
@@ -394,10 +365,17 @@ Verdict GateOutcome::verdict() const {
   const auto is = [&](Verdict verdict) {
     return measured->verdict == verdict ||
            std::any_of(expectations.begin(), expectations.end(),
-                       [&](const Expectation& e) { return verdict_of(e.verdict) == verdict; });
+                       [&](const Criterion& e) { return verdict_of(e.verdict) == verdict; });
   };
   if (measured) return is(Verdict::fail) ? Verdict::fail : is(Verdict::undecided) ? Verdict::undecided : Verdict::pass;
   return interrupted ? Verdict::undecided : Verdict::error;
+}
+
+std::vector<Criterion> GateOutcome::criteria() const {
+  std::vector<Criterion> all;
+  if (measured) all = measured->criteria;
+  all.insert(all.end(), expectations.begin(), expectations.end());
+  return all;
 }
 
 std::string GateOutcome::unit() const {

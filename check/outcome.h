@@ -14,11 +14,11 @@
 
 #include "api/compare/prepared_mesh.h"
 #include "api/result/criteria.h"
-#include "api/result/examination.h"
 #include "api/result/result_document.h"
 #include "api/result/verdict.h"
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
+#include "engine/options.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
@@ -28,8 +28,6 @@ namespace meshgauge::check {
 enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
 Verdict verdict_of(api::Verdict verdict);
-// As api::verdict_within().
-Verdict verdict_of(double lower, double upper, double limit, double uncertainty);
 
 // How an outcome counts. `warning`: a fail or an undecided gate with warn_only, or an undecided one with
 // --undecided=warn. `failure`: every other outcome that is not a pass, every error, and an undecided gate of which a
@@ -46,32 +44,27 @@ enum class Undecided {
 using Witness = api::ResultWitness;
 
 using api::Criterion;
-using api::Expectation;
 
-// A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
-struct Measured {
-  nlohmann::ordered_json document;  // JSON of the whole comparison
-  std::vector<Criterion> criteria;  // the limits of the gate, in the order of api::criteria_of(); at least one
-  api::DistanceLimit shown{};       // as in api::ResultFacts
-  double lower = 0;                 // the distance; where there are regions, of the rest
-  double upper = 0;
-  api::UnitPlan units;                   // units of the meshes as read, and of every length here
-  std::optional<RigidMotion> motion;     // of the candidate before it was measured; nullopt: none
+// A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison"). Its facts are those of
+// the candidate; the distance is that of the rest where there are regions. `witness`: of the direction that attains
+// `lower`; unless the gate passes, of api::foremost_place().
+struct Measured : api::ResultFacts {
+  nlohmann::ordered_json document;       // JSON of the whole comparison
+  std::vector<Criterion> criteria;       // the limits of the gate, in the order of api::criteria_of(); at least one
   std::vector<std::string> notes;        // one sentence each: what was converted, what looks like a wrong unit
   std::vector<std::string> unread{};     // notes on what was not read of a surface, and so not measured
   std::string status;                    // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;  // of all limits
-  // The witness of the direction that attains `lower`; unless the gate passes, of api::foremost_place(). nullopt: none.
-  std::optional<Witness> witness;
-  double reached = 0;                             // the lower bound that the witness attains
-  std::optional<api::ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
+  double reached = 0;                    // the lower bound that the witness attains
   // URL of the page that shows the comparison while the service keeps it: ASCII, safe inside a link of any report.
   // Empty: measured in this process, or by a service without pages.
   std::string link;
 
   const Criterion& foremost() const { return api::foremost(criteria); }
-  // Returns the limit of this kind, of this region or side; null: the gate has none.
-  const Criterion* find(Criterion::Of of, std::string_view region = {}, std::string_view side = {}) const;
+  // Returns the limit of the distance, of the rest where there are regions; null: the gate has none.
+  const Criterion* distance() const;
+  // The limit that distances without a sign are shown against.
+  api::DistanceLimit shown() const { return limit.value_or(api::DistanceLimit{}); }
   // "triangle 17", or "point 17" of a point cloud: where the witness lies on the mesh measured from. Empty: no witness.
   std::string place_of_witness() const;
 };
@@ -85,8 +78,6 @@ Result<Measured> measured_from(nlohmann::ordered_json document, const Gate& gate
 std::optional<Error> undeclared_cloud(const Gate& gate, const nlohmann::ordered_json& document);
 // The same, before anything is measured. `candidate`: its facts.
 std::optional<Error> undeclared_cloud(const Gate& gate, const api::MeshFacts& candidate);
-
-api::ResultFacts facts_of(const Measured& measured);
 
 // A criterion in one run; a share is from 0 to 1.
 struct PastCriterion {
@@ -102,18 +93,22 @@ struct PastRun {
   std::string unit;                                 // empty: not known
   double uncertainty = 0;                           // of the lengths
   std::map<std::string, PastCriterion> criteria{};  // the limits, by name
+
+  LimitEnds ends() const { return ends_of(limit.value_or(0), uncertainty); }
 };
 
 struct GateOutcome {
   Gate gate;
   std::optional<Measured> measured;  // nullopt: see `error`
-  std::vector<Expectation> expectations;
+  std::vector<Criterion> expectations;
   std::optional<Error> error;    // with `interrupted`: the time was over; nullopt after Ctrl-C
   bool interrupted = false;      // by Ctrl-C or the timeout, before there was an interval; the verdict is undecided
   double wall_ms = 0;            // includes reading and waiting
   std::vector<PastRun> history;  // of the last runs, this one at the end; empty without --history
 
   Verdict verdict() const;  // the worst of the distance and the expectations
+  // The limits, then the expectations; none without a measurement.
+  std::vector<Criterion> criteria() const;
   // Unit of every length of this outcome, such as "mm"; empty: not known.
   std::string unit() const;
   Level level(Undecided rule) const;

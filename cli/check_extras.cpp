@@ -95,7 +95,7 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
   const auto pair =
       api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return pair.error();
-  return check::write_deviation(file, *pair->a, *pair->b, facts_of(*outcome.measured), control);
+  return check::write_deviation(file, *pair->a, *pair->b, *outcome.measured, control);
 } catch (const std::bad_alloc&) {
   return no_map(place, "there is not enough memory");
 } catch (const std::exception& error) {

@@ -80,6 +80,10 @@ std::string to_digits_above(double x, int digits) {
   return plain(decimal.value());
 }
 
+std::string plus_minus(double length, std::string_view unit) {
+  return length > 0 ? " \xC2\xB1 " + with_unit(to_digits(length, 6), unit) : "";
+}
+
 // The last iteration succeeds: 17 digits distinguish all doubles.
 IntervalText to_text(double lower, double upper, double limit) {
   IntervalText text;

@@ -30,6 +30,9 @@ inline std::string with_unit(std::string number, const std::optional<LengthUnit>
   return with_unit(std::move(number), unit ? to_string(*unit) : std::string_view());
 }
 
+// Returns " ± 0.01 mm" with up to six digits; empty for 0.
+std::string plus_minus(double length, std::string_view unit);
+
 // Formats x with up to `digits` significant digits, 1 to 17, without trailing zeros: "0.00012", "150000", "1.5e-12".
 std::string to_digits(double x, int digits);
 std::string to_digits_below(double x, int digits);  // rounded down: the printed number is at most x

@@ -94,7 +94,7 @@ Value display_extras(const DeviationMap& map) {
 Value extras_of(const DeviationMap& map) {
   Value::Object extras;
   extras[map.scale.limited ? "limit" : "largest"] = number(map.scale.top);
-  if (!map.limit_side.empty()) extras["limit_side"] = text(std::string(map.limit_side));
+  if (!map.limit_side.empty()) extras["limit_side"] = text(map.limit_side);
   if (!map.no_sides.empty()) extras["no_sides"] = text(map.no_sides);
   extras["units"] = text(map.units);
   extras["lower"] = number(map.lower);

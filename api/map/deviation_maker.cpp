@@ -125,7 +125,7 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
                signs && made.sides_.empty() ? "the baseline has no sides" : facts.no_sides,
                made.normals_,
                scale,
-               facts.limit ? facts.limit->side : std::string_view(),
+               facts.limit ? facts.limit->side : std::string(),
                unit ? std::string(to_string(*unit)) : std::string(),
                facts.lower,
                facts.upper,

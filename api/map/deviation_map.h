@@ -41,8 +41,8 @@ struct DeviationMap {
   std::string no_sides{};              // why there are none though they were asked for; empty: nothing to say
   std::span<const Vec3> normals{};     // one per vertex, of length 1 up to rounding; empty: without
   ColourScale scale;
-  std::string_view limit_side{};  // "inside", "outside": the limit is of that side of the baseline; empty: of both
-  std::string units;              // the unit's name; empty: not known
+  std::string limit_side{};  // "inside", "outside": the limit is of that side of the baseline; empty: of both
+  std::string units;         // the unit's name; empty: not known
   double lower = 0;               // the certified interval of the comparison
   double upper = 0;
   std::optional<ResultWitness> witness;

@@ -37,7 +37,7 @@ void describe(const DeviationMap& map, Header& header) {
   header.comment("meshgauge deviation map: distance of each vertex from the baseline, computed, not certified");
   if (!map.units.empty()) header.comment("unit " + one_line(map.units));
   header.comment((map.scale.limited ? "limit " : "largest ") + shortest(map.scale.top) +
-                 (map.limit_side.empty() ? "" : " " + std::string(map.limit_side)));
+                 (map.limit_side.empty() ? "" : " " + map.limit_side));
   header.comment("certified interval of the measurement " + shortest(map.lower) + " " + shortest(map.upper));
   if (!map.sides.empty())
     header.comment("signed_distance is positive outside of the baseline, negative inside, nan where neither is proved");

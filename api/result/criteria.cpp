@@ -10,6 +10,7 @@
 #include "api/options/gate.h"
 #include "api/options/names.h"
 #include "api/options/request.h"
+#include "api/result/examination.h"
 #include "api/result/json_of.h"
 #include "api/result/result_document.h"
 
@@ -90,12 +91,23 @@ std::string_view area_status(const AreaOutcome& areas) {
   return name_of(kAreaStops, AreaStop::complete);
 }
 
-Criterion of_share(const AreaInterval& share, const Outcome& outcome, const ComparisonOptions& options) {
-  Criterion criterion = of_distance(options.max_share_beyond->share, options.uncertainty, share.lower, share.upper,
-                                    area_status(outcome.areas.value_or(AreaOutcome{})));
-  criterion.of = Criterion::Of::share;
-  criterion.beyond = options.max_share_beyond->distance;
-  return judged(std::move(criterion));
+// In the direction where the share is largest, from that beyond the farther end of its distance to that beyond the
+// nearer one; from 0 to 1 where the areas of a direction are missing. engine_options() has asked for them, last of all.
+Criterion of_share(const Outcome& outcome, const ComparisonOptions& options) {
+  const AreaOutcome areas = outcome.areas.value_or(AreaOutcome{});
+  const auto& [beyond, most] = *options.max_share_beyond;
+  Criterion share = of_distance(most, options.uncertainty, 0, 0, area_status(areas));
+  share.of = Criterion::Of::share;
+  share.beyond = beyond;
+  const std::size_t asked = options.uncertainty > 0 ? 2 : 1;
+  const auto add = [&](const std::optional<AreaBounds>& found) {
+    const bool known = found && found->beyond.size() >= asked;
+    share.lower = std::max(share.lower, known ? found->beyond.back().lower : 0);
+    share.upper = std::max(share.upper, known ? found->beyond[found->beyond.size() - asked].upper : 1);
+  };
+  if (options.direction != Direction::b_to_a) add(areas.a_to_b);
+  if (options.direction != Direction::a_to_b) add(areas.b_to_a);
+  return judged(std::move(share));
 }
 
 // The greatest is the foremost.
@@ -116,9 +128,7 @@ std::string distance_finding(const Criterion& criterion, std::string_view unit, 
   if (!criterion.refused.empty()) return "nothing is inside or outside: " + criterion.refused;
   const IntervalText figures = figures_of(criterion);
   if (limit.empty()) {
-    limit = with_unit(figures.limit, unit);
-    if (criterion.uncertainty > 0)
-      limit += " \xC2\xB1 " + with_unit(to_digits(criterion.uncertainty, kWordDigits), unit);
+    limit = with_unit(figures.limit, unit) + plus_minus(criterion, unit);
   }
   const std::string is = "the " + criterion.name + " is ", lower = with_unit(figures.lower, unit),
                     upper = with_unit(figures.upper, unit);
@@ -171,10 +181,16 @@ bool is_interval(const Criterion& c) {
 
 bool Criterion::is_of_region() const { return !region.empty() && region != kRest; }
 
+bool Criterion::is_of_whole() const { return of == Of::distance && side.empty() && !is_of_region(); }
+
+bool Criterion::is_known() const {
+  if (of == Of::expectation) return in_time;
+  return std::isfinite(upper) && (of != Of::share || lower > 0 || upper < 1);
+}
+
 Verdict verdict_of(const Criterion& limit) {
   if (!limit.refused.empty()) return Verdict::undecided;
-  return verdict_within(limit.lower, limit.upper, limit.limit,
-                        limit.of == Criterion::Of::share ? 0 : limit.uncertainty);
+  return verdict_within(limit.lower, limit.upper, limit.ends());
 }
 
 Criterion judged(Criterion limit) {
@@ -200,28 +216,43 @@ std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptio
   if (options.max_distance)
     for (std::size_t i = 0; i + 1 < outcome.regions.size(); ++i)
       criteria.push_back(of_region(outcome.regions[i], options, i));
-  if (const auto share = share_beyond(outcome, options)) criteria.push_back(of_share(*share, outcome, options));
+  if (options.max_share_beyond) criteria.push_back(of_share(outcome, options));
   return criteria;
 }
 
-Criterion criterion_of(const Expectation& expectation) {
-  Criterion criterion;
-  criterion.of = Criterion::Of::expectation;
-  criterion.name = expectation.name;
-  criterion.verdict = expectation.verdict;
-  criterion.expected = expectation.expected;
-  criterion.found = expectation.found;
-  return criterion;
+std::vector<Criterion> limits_asked(const ComparisonOptions& options) {
+  Outcome nothing;
+  if (!options.regions.empty()) nothing.regions.resize(options.regions.size() + 1);
+  return criteria_of(nothing, options);
 }
 
 std::vector<Criterion> criteria_of(const Comparison& comparison) {
   return criteria_of(comparison, expectations_of(comparison));
 }
 
-std::vector<Criterion> criteria_of(const Comparison& comparison, const std::vector<Expectation>& expectations) {
+std::vector<Criterion> criteria_of(const Comparison& comparison, const std::vector<Criterion>& expectations) {
   auto criteria = criteria_of(comparison.outcome, comparison.options, comparison.units.result.unit);
-  for (const Expectation& one : expectations) criteria.push_back(criterion_of(one));
+  criteria.insert(criteria.end(), expectations.begin(), expectations.end());
   return criteria;
+}
+
+// Of sides that are not known only the limits are: the larger one is as that of a pass, of both.
+std::optional<DistanceLimit> shown_limit(std::span<const Criterion> criteria) {
+  const auto area = std::ranges::find_if(criteria, [](const Criterion& c) { return c.beyond.has_value(); });
+  if (area != criteria.end() && std::ranges::none_of(criteria, &Criterion::is_of_whole))
+    return DistanceLimit{*area->beyond};
+  std::optional<DistanceLimit> shown;
+  std::tuple<int, bool, double> highest{-2, false, 0};
+  for (const Criterion& one : criteria) {
+    if (!one.is_of_whole() && one.side.empty()) continue;
+    const bool is_known = one.side.empty() || one.is_known();
+    const int worse = is_known ? severity(one.verdict) : -1;
+    const std::tuple rank(worse, one.side.empty(), worse > 0 ? -one.limit : one.limit);
+    if (rank <= highest) continue;
+    highest = rank;
+    shown = DistanceLimit{one.limit, is_known ? one.side : ""};
+  }
+  return shown;
 }
 
 std::optional<Verdict> worst(std::span<const Criterion> criteria) {
@@ -248,10 +279,11 @@ IntervalText figures_of(const Criterion& criterion) {
     const Criterion shown = in_percent(criterion);
     return to_text(shown.lower, shown.upper, shown.limit);
   }
-  const double u = criterion.uncertainty;
-  if (!(u > 0)) return to_text(criterion.lower, criterion.upper, criterion.limit);
-  const double end = criterion.verdict == Verdict::pass ? -u : criterion.verdict == Verdict::fail ? u : 0;
-  IntervalText text = to_text(criterion.lower, criterion.upper, criterion.limit + end);
+  const LimitEnds ends = criterion.ends();
+  if (ends.pass == ends.fail) return to_text(criterion.lower, criterion.upper, criterion.limit);
+  const bool is_pass = criterion.verdict == Verdict::pass, is_fail = criterion.verdict == Verdict::fail;
+  IntervalText text = to_text(criterion.lower, criterion.upper,
+                              is_pass ? ends.pass : is_fail ? ends.fail : criterion.limit);
   text.limit = to_digits(criterion.limit, kWordDigits);
   return text;
 }
@@ -265,8 +297,8 @@ Criterion in_percent(Criterion share) {
 
 std::string share_in_words(const Criterion& share, std::string_view unit) {
   const IntervalText figures = figures_of(share);
-  std::string beyond = " of the area is farther than " + with_unit(to_digits(*share.beyond, kWordDigits), unit);
-  if (share.uncertainty > 0) beyond += " \xC2\xB1 " + with_unit(to_digits(share.uncertainty, kWordDigits), unit);
+  const std::string beyond = " of the area is farther than " + with_unit(to_digits(*share.beyond, kWordDigits), unit) +
+                             plus_minus(share, unit);
   if (!(share.upper > 0)) return "none" + beyond;
   if (!(share.lower > 0)) return "at most " + figures.upper + " %" + beyond;
   if (!(share.upper < 1)) return "at least " + figures.lower + " %" + beyond;

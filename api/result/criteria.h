@@ -14,8 +14,8 @@
 
 #include "api/base/figures.h"
 #include "api/compare/compare.h"
-#include "api/result/examination.h"
 #include "api/result/verdict.h"
+#include "engine/options.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
@@ -51,8 +51,21 @@ struct Criterion {
 
   // An expectation, in words: "at most 20000", "24512".
   std::string expected{}, found{};
+  bool in_time{true};  // false: the time ended before anything was found
 
   bool is_of_region() const;  // not of the rest
+  bool is_of_whole() const;   // a limit of the distance that is of no region and of no side
+  bool is_known() const;      // whether anything is known of it
+
+  // What the uncertainty adds to the bounds: none to those of a share, whose distance has it.
+  double margin() const { return of == Of::share ? 0 : uncertainty; }
+  LimitEnds ends() const { return ends_of(limit, margin()); }
+};
+
+// A limit that distances without a sign are shown against.
+struct DistanceLimit {
+  double limit = 0;
+  std::string side{};  // "inside", "outside"; empty: both
 };
 
 // Returns the limits: of the distance, or of the rest where there are regions; inside; outside; of each region; of the
@@ -60,12 +73,19 @@ struct Criterion {
 // `unit`: of the lengths, for the words of `refused`.
 std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptions& options,
                                    const std::optional<LengthUnit>& unit = {});
+// Returns the same limits, of which nothing is known.
+std::vector<Criterion> limits_asked(const ComparisonOptions& options);
 
 // Returns the limits, and behind them the expectations.
 std::vector<Criterion> criteria_of(const Comparison& comparison);
 // `expectations`: expectations_of(comparison).
-std::vector<Criterion> criteria_of(const Comparison& comparison, const std::vector<Expectation>& expectations);
-Criterion criterion_of(const Expectation& expectation);
+std::vector<Criterion> criteria_of(const Comparison& comparison, const std::vector<Criterion>& expectations);
+
+// Returns the limit to show. Of those of the distance with the worst verdict, without those of regions, it is
+//   1. the first that is of both sides;
+//   2. else the smallest, or the largest where all pass.
+// Where the distance has no limit but a share beyond it has: that distance. nullopt: there is none of these.
+std::optional<DistanceLimit> shown_limit(std::span<const Criterion> criteria);
 
 // Returns the worst verdict; nullopt: there is no criterion.
 std::optional<Verdict> worst(std::span<const Criterion> criteria);
@@ -88,6 +108,11 @@ Criterion judged(Criterion limit);
 // Returns bounds and limit as texts, each number on its side of the limit; with an uncertainty, of what it leaves of
 // pass and of fail. Of a share in percent. Precondition: no expectation.
 IntervalText figures_of(const Criterion& criterion);
+
+// Returns " ± 0.01 mm", what stands behind the limit; empty without an uncertainty.
+inline std::string plus_minus(const Criterion& limit, std::string_view unit) {
+  return plus_minus(limit.uncertainty, unit);
+}
 
 // Returns "the distance in bore is at least 0.0312 mm, above the limit of 0.02 mm", without full stop. `unit`: of the
 // lengths, may be empty. `limit`: the limit of a distance in other words, such as "0.1 mm (0.5 % of the diagonal)";

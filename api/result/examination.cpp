@@ -124,14 +124,15 @@ class Examination {
     return edges_in_words(count.get<std::uint64_t>(), kind, place, unit_);
   }
 
-  std::vector<Expectation> take() && { return std::move(all_); }
+  std::vector<Criterion> take() && { return std::move(all_); }
 
  private:
   void add(const char* name, Verdict verdict, std::string found, std::string expected) {
-    all_.push_back({name, verdict, std::move(found), std::move(expected)});
+    all_.push_back(expectation(name, verdict, std::move(found), std::move(expected)));
   }
   void unknown(const char* name, std::string expected) {
-    all_.push_back({name, Verdict::undecided, "not known: the time ended before", std::move(expected), false});
+    const char* const found = "not known: the time ended before";
+    all_.push_back(expectation(name, Verdict::undecided, found, std::move(expected), false));
   }
 
   std::optional<Found> volume_of(const std::string& mesh) const {
@@ -158,20 +159,31 @@ class Examination {
 
   const Json& meshes_;
   const std::string& unit_;
-  std::vector<Expectation> all_;
+  std::vector<Criterion> all_;
 };
 
 }  // namespace
 
-Json json_of(const std::vector<Expectation>& expectations) {
+Criterion expectation(std::string name, Verdict verdict, std::string found, std::string expected, bool in_time) {
+  Criterion made;
+  made.of = Criterion::Of::expectation;
+  made.name = std::move(name);
+  made.verdict = verdict;
+  made.expected = std::move(expected);
+  made.found = std::move(found);
+  made.in_time = in_time;
+  return made;
+}
+
+Json expectations_json(const std::vector<Criterion>& expectations) {
   auto json = Json::array();
-  for (const Expectation& one : expectations)
+  for (const Criterion& one : expectations)
     json.push_back(
         {{"name", one.name}, {"verdict", to_string(one.verdict)}, {"found", one.found}, {"expected", one.expected}});
   return json;
 }
 
-std::vector<Expectation> examined(const Expectations& expect, const Json& meshes, const std::string& unit) {
+std::vector<Criterion> examined(const Expectations& expect, const Json& meshes, const std::string& unit) {
   Examination examination(meshes, unit);
   const std::string open = examination.edges("open", "open_edges");
   const std::string crowded = examination.edges("non-manifold", "non_manifold_edges");
@@ -184,7 +196,7 @@ std::vector<Expectation> examined(const Expectations& expect, const Json& meshes
   return std::move(examination).take();
 }
 
-std::vector<Expectation> expectations_of(const Comparison& comparison) {
+std::vector<Criterion> expectations_of(const Comparison& comparison) {
   if (!comparison.options.expect.any()) return {};
   const auto& unit = comparison.units.result.unit;
   return examined(comparison.options.expect, meshes_of(comparison),

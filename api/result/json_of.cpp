@@ -9,7 +9,6 @@
 #include "api/options/gate.h"
 #include "api/options/names.h"
 #include "api/result/notes.h"
-#include "api/result/verdict.h"
 
 namespace meshgauge::api {
 namespace {
@@ -46,19 +45,18 @@ Json mismatch(const ReadNotes& notes) {
   return {{"file_name", name_or_null(notes.filename_says)}, {"media_type", name_or_null(notes.media_type_says)}};
 }
 
-Json measured(const RegionOutcome& found, const std::optional<double>& limit, double uncertainty) {
+// Its verdict, if it has a limit, is that of its criterion.
+Json measured(const RegionOutcome& found) {
   const auto directed = [](const std::optional<Bounds>& bounds) {
     return bounds ? api::json_of(*bounds) : Json(nullptr);
   };
-  Json json{{"distance", interval(found.lower, found.upper)},
-            {"status", name_of(kStops, found.stop)},
-            {"empty", found.empty},
-            {"precision_floor", found.precision_floor},
-            {"a_to_b", directed(found.a_to_b)},
-            {"b_to_a", directed(found.b_to_a)},
-            {"verdict", nullptr}};
-  if (limit) json["verdict"] = to_string(verdict_within(found.lower, found.upper, *limit, uncertainty));
-  return json;
+  return {{"distance", interval(found.lower, found.upper)},
+          {"status", name_of(kStops, found.stop)},
+          {"empty", found.empty},
+          {"precision_floor", found.precision_floor},
+          {"a_to_b", directed(found.a_to_b)},
+          {"b_to_a", directed(found.b_to_a)},
+          {"verdict", nullptr}};
 }
 
 Json of_interval(const AreaInterval& found) { return interval(found.lower, found.upper); }
@@ -160,9 +158,8 @@ Json regions_of(const Outcome& outcome, const ComparisonOptions& options) {
   Json all = Json::array();
   for (std::size_t i = 0; i < outcome.regions.size(); ++i) {
     Json json = i < options.regions.size() ? json_of(options.regions[i]) : Json{{"name", kRest}};
-    const auto limit = limit_of_region(options, i);
-    if (limit) json["max_distance"] = *limit;
-    json.update(measured(outcome.regions[i], limit, options.uncertainty));
+    if (const auto limit = limit_of_region(options, i)) json["max_distance"] = *limit;
+    json.update(measured(outcome.regions[i]));
     all.push_back(std::move(json));
   }
   return all;

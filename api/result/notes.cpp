@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "api/base/figures.h"
+#include "api/result/criteria.h"
 
 namespace meshgauge::api {
 namespace {
@@ -82,10 +83,12 @@ void add_polygons(std::vector<std::string>& notes, const PolygonNotes& polygons)
 void add_open(std::vector<std::string>& notes, const std::string& mesh, const KnownUnit& known, const MeshFacts& facts,
               const Comparison& comparison) {
   constexpr double kClose = 10;
-  const ComparisonOptions& options = comparison.options;
-  std::optional<double> limit = options.max_distance;
-  if (!limit && options.max_share_beyond) limit = options.max_share_beyond->distance;
-  if (const auto& zone = options.zone) limit = std::min({limit.value_or(zone->inside), zone->inside, zone->outside});
+  std::optional<double> limit;  // the smallest of the whole; that of the area only where max_distance is missing
+  for (const Criterion& one : limits_asked(comparison.options)) {
+    if (one.is_of_region() || (one.beyond && comparison.options.max_distance)) continue;
+    const double length = one.beyond.value_or(one.limit);
+    limit = std::min(limit.value_or(length), length);
+  }
   const Factor factor = factor_between(known, comparison.units.result);
   const double apart = facts.notes.polygons.largest_deviation * factor.times / factor.over;
   if (!limit || !(*limit < kClose * apart)) return;

@@ -1,6 +1,7 @@
 #include "api/result/response.h"
 
 #include <cstdio>
+#include <iterator>
 #include <optional>
 
 #include <nlohmann/json.hpp>
@@ -73,16 +74,21 @@ Json json_of(const std::optional<Statistics>& statistics) {
           {"b_to_a", json_of(statistics->b_to_a)}};
 }
 
-// Adds the criteria, and the verdicts that the members of the zone and of the area have of their own.
+// Adds the criteria, and the verdicts that the members of the sides, the area and the regions have of their own.
 void add_limits(const std::vector<Criterion>& criteria, const std::optional<LengthUnit>& unit, Json& json) {
-  std::optional<Verdict> of_zone;
+  std::optional<Verdict> of_sides;
   for (const Criterion& one : criteria) {
-    if (!one.side.empty()) of_zone = worst(of_zone.value_or(one.verdict), one.verdict);
+    if (!one.side.empty()) of_sides = worst(of_sides.value_or(one.verdict), one.verdict);
+    if (!one.region.empty()) {
+      for (Json& region : json["regions"]) {
+        if (region["name"] == one.region) region["verdict"] = to_string(one.verdict);
+      }
+    }
     if (one.of == Criterion::Of::share)
       json["share_beyond"] = {
           {"distance", *one.beyond}, {"share", interval(one.lower, one.upper)}, {"verdict", to_string(one.verdict)}};
   }
-  if (of_zone) json["sides"]["verdict"] = to_string(*of_zone);
+  if (of_sides) json["sides"]["verdict"] = to_string(*of_sides);
   json["foremost"] = criteria.empty() ? Json(nullptr) : Json(foremost(criteria).name);
   Json& all = json["criteria"] = Json::array();
   const std::string_view name = unit ? to_string(*unit) : std::string_view();
@@ -93,15 +99,25 @@ void add_limits(const std::vector<Criterion>& criteria, const std::optional<Leng
 
 std::vector<Stage> stages(const Comparison& comparison) {
   const StageTimes& times = comparison.times;
-  const Timings& engine = comparison.outcome.timings;
-  std::vector<Stage> all{{"queue", times.queue}, {"read_a", times.read_a}, {"read_b", times.read_b}};
-  if (comparison.alignment) all.push_back({"align", times.align});
-  all.insert(
-      all.end(),
-      {{"build", engine.build}, {"traverse", engine.traverse}, {"reduce", engine.reduce}, {"certify", engine.certify}});
-  if (comparison.outcome.areas || comparison.outcome.sides) all.push_back({"areas", engine.areas});
-  if (comparison.outcome.statistics) all.push_back({"statistics", engine.statistics});
-  all.push_back({"total", times.total});
+  const Outcome& outcome = comparison.outcome;
+  const Timings& engine = outcome.timings;
+  const auto asked = [](bool is_asked, double ms) { return is_asked ? std::optional(ms) : std::nullopt; };
+  const std::optional<double> ms[] = {times.queue,
+                                      times.read_a,
+                                      times.read_b,
+                                      asked(comparison.alignment.has_value(), times.align),
+                                      engine.build,
+                                      engine.traverse,
+                                      engine.reduce,
+                                      engine.certify,
+                                      asked(outcome.areas || outcome.sides, engine.areas),
+                                      asked(outcome.statistics.has_value(), engine.statistics),
+                                      times.total};
+  static_assert(std::size(ms) == std::size(kStageNames));
+  std::vector<Stage> all;
+  for (std::size_t i = 0; i < std::size(ms); ++i) {
+    if (ms[i]) all.push_back({kStageNames[i], *ms[i]});
+  }
   return all;
 }
 
@@ -145,7 +161,7 @@ WrittenResult written(const Comparison& comparison) {
   if (comparison.alignment) json["alignment"] = json_of(*comparison.alignment, *options.align);
   if (options.expect.any()) {
     json["expect"] = api::json_of(options.expect);
-    json["expectations"] = api::json_of(expectations);
+    json["expectations"] = expectations_json(expectations);
   }
   if (!outcome.regions.empty()) json["regions"] = regions_of(outcome, options);
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);

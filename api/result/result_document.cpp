@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -35,34 +34,21 @@ std::optional<ResultDirection> direction_of(const Json& document, const char* na
   return is_interval(direction.lower, direction.upper) ? std::optional(direction) : std::nullopt;
 }
 
-// "sides" is null where mesh b has no sides; then only the limits are known.
-DistanceLimit limit_of(const Json& document, const Json& gate) {
-  std::vector<DistanceLimit> limits;
-  const Json& max_distance = gate.at("max_distance");
-  const Json::json_pointer share("/max_share_beyond/distance");
-  if (!max_distance.is_null()) {
-    const Json& distance = document.at("distance");
-    limits.push_back({max_distance.get<double>(), distance.at("lower").get<double>(), upper_of(distance)});
-  } else if (gate.contains(share)) {
-    return {gate.at(share).get<double>()};
+// Results of before 0.2.0 have no criteria, and one limit. What is no criterion is left out.
+std::optional<DistanceLimit> limit_of(const Json& document) {
+  std::vector<Criterion> criteria;
+  for (const Json& json : document.value("criteria", Json::array())) {
+    if (auto criterion = read_criterion(json)) criteria.push_back(*std::move(criterion));
   }
-  for (const auto& [side, place, sign] : {std::tuple("inside", 0U, -1), std::tuple("outside", 1U, 1)}) {
-    if (!limits.empty() && !gate.contains("zone")) break;
-    const Json found = document.value(Json::json_pointer(std::string("/sides/") + side), Json());
-    if (found.is_null() && !max_distance.is_null()) continue;
-    const double limit = 0 + sign * gate.at("zone").at(place).get<double>();  // no -0
-    limits.push_back(found.is_null() ? DistanceLimit{limit}
-                                     : DistanceLimit{limit, found.at("lower").get<double>(), upper_of(found), side});
-  }
-  return shown_limit(limits, gate.value("uncertainty", 0.0));
+  const Json::json_pointer old("/gate/max_distance");
+  const bool is_old = criteria.empty() && document.contains(old) && document.at(old).is_number();
+  return is_old ? DistanceLimit{document.at(old).get<double>()} : shown_limit(criteria);
 }
 
 ResultFacts facts_of(const Json& document, Side candidate) {
   const bool of_a = candidate == Side::a;
   ResultFacts facts;
-  if (const auto gate = document.find("gate"); gate != document.end() && !gate->is_null()) {
-    facts.limit = limit_of(document, *gate);
-  }
+  facts.limit = limit_of(document);
   facts.lower = document.at("distance").at("lower").get<double>();
   facts.upper = upper_of(document.at("distance"));
   facts.units = unit_plan_of(document);

@@ -9,7 +9,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "api/options/unit_plan.h"
-#include "api/result/verdict.h"
+#include "api/result/criteria.h"
 #include "engine/mesh.h"
 #include "engine/mesh/rigid.h"
 #include "engine/result.h"
@@ -35,9 +35,7 @@ struct ResultDirection {
 };
 
 struct ResultFacts {
-  // The limit that distances without a sign are shown against: shown_limit() of max_distance and zone, or else the
-  // distance of max_share_beyond. nullopt: no gate.
-  std::optional<DistanceLimit> limit;
+  std::optional<DistanceLimit> limit;  // shown_limit() of the criteria
   double lower = 0;  // the certified interval; `upper` is infinite when there is no upper bound yet
   double upper = std::numeric_limits<double>::infinity();
   std::optional<ResultWitness> witness;      // for the direction that attains `lower`

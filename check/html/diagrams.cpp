@@ -156,8 +156,8 @@ std::string icon(Verdict verdict) {
 std::string interval_drawing(const Criterion& found, const std::string& units) {
   const Criterion criterion = found.beyond ? api::in_percent(found) : found;
   // An unknown upper bound has no place on the axis; it extends to the end.
-  const double u = criterion.beyond ? 0 : criterion.uncertainty;
-  std::vector<double> values{criterion.lower, criterion.limit - u, criterion.limit + u};
+  const LimitEnds ends = criterion.ends();
+  std::vector<double> values{criterion.lower, ends.pass, ends.fail};
   if (std::isfinite(criterion.upper)) values.push_back(criterion.upper);
   const Axis axis = axis_for(values);
   const IntervalText text = figures_of(found);
@@ -167,9 +167,8 @@ std::string interval_drawing(const Criterion& found, const std::string& units) {
   const std::string what =
       criterion.beyond ? "The share of the area farther than " + api::with_unit(to_digits(*criterion.beyond, 6), units)
                        : "The " + criterion.name;
-  std::string out = box("zone pass", 0, axis.at(criterion.limit - u), 22, 36) +
-                    box("zone fail", axis.at(criterion.limit + u), 1, 22, 36) +
-                    box("zone-hatch", axis.at(criterion.limit + u), 1, 22, 36);
+  std::string out = box("zone pass", 0, axis.at(ends.pass), 22, 36) + box("zone fail", axis.at(ends.fail), 1, 22, 36) +
+                    box("zone-hatch", axis.at(ends.fail), 1, 22, 36);
   out += "<text class=\"zone-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
   out += "<text class=\"zone-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
   out += interval_bar(from, to, verdict_of(criterion.verdict), 34, 12);
@@ -191,8 +190,9 @@ std::string interval_line(const Criterion& criterion) {
     const double share = criterion.limit > 0 ? x / criterion.limit : x > 0 ? INFINITY : 0;
     return std::isfinite(share) ? share / (1 + share) : 1;
   };
-  const double u = criterion.beyond ? 0 : criterion.uncertainty;
-  const double pass = u > 0 ? place(criterion.limit - u) : 0.5, fail = u > 0 ? place(criterion.limit + u) : 0.5;
+  const LimitEnds ends = criterion.ends();
+  const bool is_one = ends.pass == ends.fail;
+  const double pass = is_one ? 0.5 : place(ends.pass), fail = is_one ? 0.5 : place(ends.fail);
   std::string out =
       box("zone pass", 0, pass, 3, 14) + box("zone fail", fail, 1, 3, 14) + box("zone-hatch", fail, 1, 3, 14);
   out += interval_bar(place(criterion.lower), place(criterion.upper), verdict_of(criterion.verdict), 7, 6) +
@@ -206,8 +206,7 @@ std::string history_drawing(const Chart& chart) {
   if (runs.size() < 2) return "";
   double high = 0;
   for (const PastRun& run : runs)
-    high =
-        std::max({high, 1.25 * (run.limit.value_or(0) + run.uncertainty), run.upper.value_or(run.lower.value_or(0))});
+    high = std::max({high, 1.25 * run.ends().fail, run.upper.value_or(run.lower.value_or(0))});
   const auto y = [&](double x) {
     return high > 0 ? kBottom - static_cast<int>(std::lround(std::min(x / high, 1.0) * (kBottom - kTop))) : kBottom;
   };
@@ -216,9 +215,9 @@ std::string history_drawing(const Chart& chart) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const PastRun& run = runs[i];
     const double from = static_cast<double>(i) * width;
-    if (run.limit && run.uncertainty > 0) {
-      const int top = y(*run.limit + run.uncertainty);
-      out += box("uncertain-step", from, from + width, top, y(*run.limit - run.uncertainty) - top);
+    if (const LimitEnds ends = run.ends(); run.limit && ends.pass < ends.fail) {
+      const int top = y(ends.fail);
+      out += box("uncertain-step", from, from + width, top, y(ends.pass) - top);
     }
     if (run.limit) out += box("limit-step", from, from + width, y(*run.limit), 2);
     if (!run.lower) continue;
@@ -228,7 +227,7 @@ std::string history_drawing(const Chart& chart) {
   }
   const auto& last = runs.back();
   const std::string limit = last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), chart.unit) +
-                                             uncertainty_of(last, chart.unit)
+                                             margin_of(chart)
                                        : "";
   return "<figure><figcaption>Last " + std::to_string(runs.size()) +
          " runs, the newest on the right: " + escaped(chart.what) + "</figcaption>" +

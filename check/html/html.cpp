@@ -160,7 +160,7 @@ std::string criterion_row(const CriterionRow& row, const std::string& kind_of_ga
 std::string criterion_rows(const GateOutcome& outcome, const std::string& kind_of_gate) {
   std::string out;
   const auto limits = criteria_in_words(outcome);
-  const auto unmet = [](const Expectation& one) { return one.verdict != api::Verdict::pass; };
+  const auto unmet = [](const Criterion& one) { return one.verdict != api::Verdict::pass; };
   const bool has_unmet = std::ranges::any_of(outcome.expectations, unmet);
   if (limits.size() > 1 || has_unmet) {
     for (const CriterionWords& one : limits)
@@ -168,7 +168,7 @@ std::string criterion_rows(const GateOutcome& outcome, const std::string& kind_o
           {verdict_of(one.criterion.verdict), one.name, one.interval, one.limit, interval_line(one.criterion)},
           kind_of_gate);
   }
-  for (const Expectation& one : outcome.expectations) {
+  for (const Criterion& one : outcome.expectations) {
     if (unmet(one))
       out +=
           criterion_row({verdict_of(one.verdict), one.name, one.found, "expected " + one.expected, ""}, kind_of_gate);

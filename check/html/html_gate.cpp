@@ -78,11 +78,11 @@ std::string figure(const Surface& surface, const Shot& shot, bool close, const s
 
 // "; 3 % above the limit". That of one side is shown on both; it is none of the baseline's points.
 std::string above_limit(const Surface& surface, const GateOutcome& outcome) {
-  const api::DistanceLimit& limit = outcome.measured->shown;
+  const api::DistanceLimit limit = outcome.measured->shown();
   const std::string share = "; " + to_digits(100 * surface.histogram.above_limit, 3) + " % ";
   if (limit.side.empty()) return share + "above the limit";
   if (!surface.candidate) return "";
-  return share + "farther than the limit " + std::string(limit.side) + ", " +
+  return share + "farther than the limit " + limit.side + ", " +
          escaped(with_unit(to_digits(limit.limit, 6), outcome.unit())) + ", on either side";
 }
 
@@ -218,7 +218,7 @@ std::string estimate(const Json& json) {
 // Empty if the gate expects nothing.
 std::string expectation_table(const GateOutcome& outcome) {
   std::string rows;
-  for (const Expectation& one : outcome.expectations) {
+  for (const Criterion& one : outcome.expectations) {
     const std::string kind(to_string(one.verdict));
     rows += "<tr><th scope=\"row\">" + escaped(one.name) + "</th><td>" + escaped(one.found) + "</td><td>" +
             escaped(one.expected) + "</td><td><span class=\"badge " + kind + "\">" + icon(verdict_of(one.verdict)) +
@@ -338,7 +338,7 @@ std::string link_part(const Measured& measured) {
 // "Not as expected: watertight, volume. "; empty: all is, or undecided.
 std::string surprises(const GateOutcome& outcome) {
   std::string names;
-  for (const Expectation& one : outcome.expectations) {
+  for (const Criterion& one : outcome.expectations) {
     if (one.verdict == api::Verdict::fail) names += (names.empty() ? "" : ", ") + one.name;
   }
   return names.empty() ? "" : "Not as expected: " + names + ". ";
@@ -379,16 +379,11 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
   return (is_pass ? "Certainly within the limit of " : "Certainly beyond the limit of ") + limit + ": " + found + end;
 }
 
-std::string uncertainty_text(const GateOutcome& outcome) {
-  const double u = outcome.measured->criteria.front().uncertainty;
-  return u > 0 ? " \xC2\xB1 " + with_unit(to_digits(u, 6), outcome.unit()) : "";
-}
-
 // The limit of a distance, first as the manifest says it.
 std::string length_text(const GateOutcome& outcome, const Criterion& criterion) {
-  const std::string share = share_of_diagonal(outcome, criterion);
-  if (share.empty()) return with_unit(to_digits(criterion.limit, 12), outcome.unit());
-  return share + " of the diagonal (" + with_unit(figures_of(criterion).limit, outcome.unit()) + ")";
+  const std::string share = share_of_diagonal(outcome, criterion), more = plus_minus(criterion, outcome.unit());
+  if (share.empty()) return with_unit(to_digits(criterion.limit, 12), outcome.unit()) + more;
+  return share + " of the diagonal (" + with_unit(figures_of(criterion).limit, outcome.unit()) + ")" + more;
 }
 
 }  // namespace
@@ -402,8 +397,8 @@ std::string sentence(const GateOutcome& outcome) {
   }
   std::string text, last;
   for (const Criterion& criterion : outcome.measured->criteria) {
-    const std::string limit = criterion.beyond ? figures_of(criterion).limit + " %"
-                                               : length_text(outcome, criterion) + uncertainty_text(outcome);
+    const std::string limit =
+        criterion.beyond ? figures_of(criterion).limit + " %" : length_text(outcome, criterion);
     std::string one = sentence_of(outcome, criterion, limit);
     if (one != last) text += one;
     last = std::move(one);

@@ -111,7 +111,7 @@ Shot whole_shot(const Scene& scene, const Side& side, Paint& paint, const Size& 
 }
 
 double reach(const Scene& scene, const Camera& whole) {
-  const double shown = 6 * std::max(scene.outcome.measured->lower, scene.outcome.measured->shown.limit);
+  const double shown = 6 * std::max(scene.outcome.measured->lower, scene.outcome.measured->shown().limit);
   const double wanted = std::clamp(shown, kClosest * scene.diagonal, kWidest * scene.diagonal);
   return std::max(wanted, 0.5 * kLarge.height / kMostMagnified * whole.pixel_size());
 }
@@ -160,7 +160,7 @@ Surface surface(const Scene& scene, const Side& side, const Box& box) {
   const DistanceField field(side.other, box, scene.pool, scene.control);
   if (!field.complete()) throw Stopped();
   Paint paint{[&](const Vec3& p) { return go_on(scene.control), field.at(p); },
-              {scene.outcome.measured->shown.limit, true},
+              {scene.outcome.measured->shown().limit, true},
               Inside::unknown};
   const bool large = scene.outcome.measured->verdict != Verdict::pass;
   Surface made{side.candidate, paint.scale, whole_shot(scene, side, paint, large ? kLarge : kSmall), std::nullopt, {}};

@@ -9,13 +9,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 const char* check_name(const GateOutcome& outcome) {
-  const Verdict verdict = outcome.verdict();
-  if (verdict == Verdict::pass) return "meshgauge/part-not-measured";
-  if (fails_by_expectation(outcome)) return "meshgauge/expectation-not-met";
-  if (fails_by_area(outcome)) return "meshgauge/area-above-limit";
-  if (fails_by_zone(outcome)) return "meshgauge/zone-exceeded";
-  if (verdict == Verdict::error) return "meshgauge/not-measured";
-  return verdict == Verdict::fail ? "meshgauge/distance-above-limit" : "meshgauge/distance-undecided";
+  return outcome.verdict() == Verdict::pass ? "meshgauge/part-not-measured" : rules()[rule_of(outcome)].slug;
 }
 
 const char* severity_of(const GateOutcome& outcome, Undecided rule) {

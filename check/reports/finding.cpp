@@ -10,13 +10,34 @@
 namespace meshgauge::check {
 namespace {
 
-// Whether the gate fails, by limits alone of which `is` returns true.
-template <class Is>
-bool fails_only(const GateOutcome& outcome, const Is& is) {
-  if (!outcome.measured || outcome.measured->verdict != Verdict::fail) return false;
-  return std::ranges::all_of(outcome.measured->criteria,
-                             [&](const Criterion& c) { return c.verdict != api::Verdict::fail || is(c); });
-}
+constexpr Rule kRules[] = {
+    {"MG0001", "DistanceAboveLimit", "meshgauge/distance-above-limit",
+     "The distance between two meshes is above its limit.",
+     "The largest distance between the candidate and its baseline is certainly above the limit of the gate: at the "
+     "witness, a point of one surface, the other surface is at least that far away. Look at the witness. If the change "
+     "is wanted, take the candidate for the new baseline (meshgauge check --update-baselines) or raise the limit."},
+    {"MG0002", "DistanceUndecided", "meshgauge/distance-undecided",
+     "Whether a distance is within its limit was not decided.",
+     "The limit of the gate lies inside the interval that was proved when the work stopped: the distance may be within "
+     "the limit or above it. Give the gate more time (timeout), or a limit that is not so close to the distance."},
+    {"MG0003", "NotMeasured", "meshgauge/not-measured", "Two meshes could not be compared.",
+     "There is no interval: a file is missing or is not a mesh that can be read, or the service was not reached. The "
+     "message names the defect. A gate that was not measured never passes."},
+    {"MG0004", "AreaAboveLimit", "meshgauge/area-above-limit",
+     "Too much of the area is farther than a distance from the other mesh.",
+     "The share of the area that is farther than the gate's distance is certainly above its limit (max_share_beyond). "
+     "The witness is where it is farthest. If the change is wanted, take the candidate for the new baseline (meshgauge "
+     "check --update-baselines) or raise the limit."},
+    {"MG0005", "ExpectationNotMet", "meshgauge/expectation-not-met", "A mesh is not as its gate expects.",
+     "The candidate has open edges, too many triangles, another volume or the like: the message names what the gate "
+     "expects (expect) and what was found. Repair the candidate, or change what the gate expects."},
+    {"MG0006", "ZoneExceeded", "meshgauge/zone-exceeded",
+     "A mesh reaches farther inside or outside of the other than its zone.",
+     "The candidate is certainly farther inside of its baseline, or farther outside, than the limit of that side "
+     "(zone). The message names the side and a point there. If the change is wanted, take the candidate for the new "
+     "baseline (meshgauge check --update-baselines) or widen the zone."}};
+
+constexpr std::size_t kDistance = 0, kUndecided = 1, kError = 2, kArea = 3, kExpectation = 4, kZone = 5;  // of kRules
 
 }  // namespace
 
@@ -34,16 +55,19 @@ std::string fingerprint_of(const Gate& gate) {
   return api::sha256_hex(std::as_bytes(std::span(text))).substr(0, 32);
 }
 
-bool fails_by_expectation(const GateOutcome& outcome) {
-  return outcome.measured && outcome.measured->verdict != outcome.verdict();
-}
+std::span<const Rule> rules() { return kRules; }
 
-bool fails_by_area(const GateOutcome& outcome) {
-  return fails_only(outcome, [](const Criterion& c) { return c.beyond.has_value(); });
-}
-
-bool fails_by_zone(const GateOutcome& outcome) {
-  return fails_only(outcome, [](const Criterion& c) { return c.beyond || !c.side.empty(); }) && !fails_by_area(outcome);
+std::size_t rule_of(const GateOutcome& outcome) {
+  const Verdict verdict = outcome.verdict();
+  if (outcome.measured && outcome.measured->verdict != verdict) return kExpectation;
+  if (verdict != Verdict::fail) return verdict == Verdict::error ? kError : kUndecided;
+  std::size_t rule = kArea;
+  for (const Criterion& one : outcome.measured->criteria) {
+    if (one.verdict != api::Verdict::fail || one.beyond) continue;
+    if (one.side.empty()) return kDistance;
+    rule = kZone;
+  }
+  return rule;
 }
 
 std::string description_of(const GateOutcome& outcome) {

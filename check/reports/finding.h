@@ -1,7 +1,9 @@
 // Facts of a gate that did not pass, for viewers of findings: a place in a file, an identity, a description.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "check/outcome.h"
@@ -19,19 +21,23 @@ Location location_of(const Gate& gate);
 // percent-encoded.
 std::string uri_path(const std::filesystem::path& file);
 
-// Whether the limit of the area alone is exceeded.
-bool fails_by_area(const GateOutcome& outcome);
-
-// Whether a limit of one side is exceeded, and none of the distance on both.
-bool fails_by_zone(const GateOutcome& outcome);
-
 // Returns 32 hex digits, made from the manifest's and the gate's name. They stay the same when the distance or the
 // line changes, and differ between gates of one glob.
 std::string fingerprint_of(const Gate& gate);
 
-// Whether the gate does not pass for what it expects of the candidate, and its distance alone would give a better
-// verdict.
-bool fails_by_expectation(const GateOutcome& outcome);
+// What findings are about; viewers group them by it.
+struct Rule {
+  const char* id;    // in SARIF
+  const char* name;  // in SARIF
+  const char* slug;  // in Code Quality
+  const char* what;
+  const char* help;
+};
+std::span<const Rule> rules();
+
+// Returns the index in rules() for a gate that did not pass. An expectation counts where the limits alone would give a
+// better verdict; the distance before one of its sides, and that before the area.
+std::size_t rule_of(const GateOutcome& outcome);
 
 // Returns one line: "Gate 'bracket': the distance is at least 0.0968 mm, above the limit of 0.05 mm. Look at ..."
 std::string description_of(const GateOutcome& outcome);

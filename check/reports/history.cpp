@@ -68,14 +68,8 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
-  Json json{{"time", time},
-            {"commit", text_or_null(run.commit)},
-            {"gate", outcome.gate.name},
-            {"verdict", to_string(run.verdict)},
-            {"lower", or_null(run.lower)},
-            {"upper", or_null(run.upper)},
-            {"limit", or_null(run.limit)},
-            {"unit", text_or_null(run.unit)}};
+  Json json{{"time", time}, {"commit", nullptr}, {"gate", outcome.gate.name}};
+  json.update(json_of(run));
   if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
   json["criteria"] = json_of(run.criteria);
   return json;
@@ -89,7 +83,7 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   run.upper = finite(outcome.measured->upper);
   for (const Criterion& c : outcome.measured->criteria) {
     run.criteria[c.name] = {c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit};
-    if (c.of == Criterion::Of::distance && c.side.empty() && !c.is_of_region()) run.limit = c.limit;
+    if (c.is_of_whole()) run.limit = c.limit;
   }
   run.uncertainty = outcome.measured->criteria.front().uncertainty;
   return run;
@@ -98,7 +92,7 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
 // The run with the verdict of its own interval and limit.
 PastRun judged(PastRun run) {
   if (run.lower && run.limit)
-    run.verdict = verdict_of(*run.lower, run.upper.value_or(INFINITY), *run.limit, run.uncertainty);
+    run.verdict = verdict_of(api::verdict_within(*run.lower, run.upper.value_or(INFINITY), run.ends()));
   return run;
 }
 
@@ -153,6 +147,11 @@ Result<Done> History::keep(const std::string& time, const std::string& commit, R
   return out ? Result<Done>(Done{}) : no_history(file_, "cannot be written");
 }
 
+Json json_of(const PastRun& run) {
+  return {{"commit", text_or_null(run.commit)}, {"verdict", to_string(run.verdict)}, {"lower", or_null(run.lower)},
+          {"upper", or_null(run.upper)},        {"limit", or_null(run.limit)},       {"unit", text_or_null(run.unit)}};
+}
+
 Json json_of(const std::map<std::string, PastCriterion>& criteria) {
   Json json = Json::array();
   for (const auto& [name, past] : criteria) {
@@ -185,9 +184,7 @@ std::vector<Chart> charts_of(const GateOutcome& outcome) {
   return charts;
 }
 
-std::string uncertainty_of(const PastRun& run, const std::string& unit) {
-  return run.uncertainty > 0 ? " ± " + api::with_unit(to_digits(run.uncertainty, 6), unit) : "";
-}
+std::string margin_of(const Chart& chart) { return api::plus_minus(chart.runs.back().uncertainty, chart.unit); }
 
 std::string sparkline(const std::vector<PastRun>& runs) {
   constexpr std::array kHeights{"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};

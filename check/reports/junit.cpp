@@ -67,7 +67,7 @@ Properties properties_of(const GateOutcome& outcome, Level level) {
   if (const std::string unit = outcome.unit(); !unit.empty()) properties.emplace_back("units", unit);
   for (const std::string& note : notes_of(outcome)) properties.emplace_back("note", note);
   if (!gate.manifest.empty()) properties.emplace_back("source", source_of(gate));
-  for (const Expectation& one : outcome.expectations)
+  for (const Criterion& one : outcome.expectations)
     properties.emplace_back("expect." + one.name,
                             std::string(to_string(one.verdict)) + ": " + one.found + ", expected " + one.expected);
   if (outcome.measured) add_measured(properties, *outcome.measured);

@@ -203,10 +203,10 @@ std::string section_of(const Row& row) {
   }
   if (const std::string witness = witness_of(outcome); !witness.empty())
     text += "- witness " + in_prose(witness) + "\n";
-  for (const auto& [what, unit, past] : charts_of(outcome)) {
-    if (const std::string runs = sparkline(past); !runs.empty())
-      text += "- last " + std::to_string(past.size()) + " runs of " + in_prose(what) + ", the limit" +
-              uncertainty_of(past.back(), unit) + " is the height of `▅`: `" + runs + "`\n";
+  for (const Chart& chart : charts_of(outcome)) {
+    if (const std::string runs = sparkline(chart.runs); !runs.empty())
+      text += "- last " + std::to_string(chart.runs.size()) + " runs of " + in_prose(chart.what) + ", the limit" +
+              margin_of(chart) + " is the height of `▅`: `" + runs + "`\n";
   }
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest

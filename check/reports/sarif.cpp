@@ -1,6 +1,5 @@
 #include "check/reports/reports.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -12,49 +11,6 @@ namespace meshgauge::check {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-struct Rule {
-  Verdict verdict;
-  const char* id;
-  const char* name;
-  const char* what;
-  const char* help;
-};
-
-constexpr Rule kRules[] = {
-    {Verdict::fail, "MG0001", "DistanceAboveLimit", "The distance between two meshes is above its limit.",
-     "The largest distance between the candidate and its baseline is certainly above the limit of the gate: at the "
-     "witness, a point of one surface, the other surface is at least that far away. Look at the witness. If the change "
-     "is wanted, take the candidate for the new baseline (meshgauge check --update-baselines) or raise the limit."},
-    {Verdict::undecided, "MG0002", "DistanceUndecided", "Whether a distance is within its limit was not decided.",
-     "The limit of the gate lies inside the interval that was proved when the work stopped: the distance may be within "
-     "the limit or above it. Give the gate more time (timeout), or a limit that is not so close to the distance."},
-    {Verdict::error, "MG0003", "NotMeasured", "Two meshes could not be compared.",
-     "There is no interval: a file is missing or is not a mesh that can be read, or the service was not reached. The "
-     "message names the defect. A gate that was not measured never passes."},
-    {Verdict::fail, "MG0004", "AreaAboveLimit", "Too much of the area is farther than a distance from the other mesh.",
-     "The share of the area that is farther than the gate's distance is certainly above its limit (max_share_beyond). "
-     "The witness is where it is farthest. If the change is wanted, take the candidate for the new baseline (meshgauge "
-     "check --update-baselines) or raise the limit."},
-    {Verdict::fail, "MG0005", "ExpectationNotMet", "A mesh is not as its gate expects.",
-     "The candidate has open edges, too many triangles, another volume or the like: the message names what the gate "
-     "expects (expect) and what was found. Repair the candidate, or change what the gate expects."},
-    {Verdict::fail, "MG0006", "ZoneExceeded", "A mesh reaches farther inside or outside of the other than its zone.",
-     "The candidate is certainly farther inside of its baseline, or farther outside, than the limit of that side "
-     "(zone). "
-     "The message names the side and a point there. If the change is wanted, take the candidate for the new baseline "
-     "(meshgauge check --update-baselines) or widen the zone."}};
-
-std::size_t rule_index(const GateOutcome& outcome) {
-  const std::string_view id = fails_by_expectation(outcome) ? "MG0005"
-                              : fails_by_area(outcome)      ? "MG0004"
-                              : fails_by_zone(outcome)      ? "MG0006"
-                                                            : "";
-  const auto* rule = std::find_if(std::begin(kRules), std::end(kRules), [&](const Rule& r) {
-    return id.empty() ? r.verdict == outcome.verdict() : r.id == id;
-  });
-  return static_cast<std::size_t>(rule - std::begin(kRules));
-}
 
 Json rule_json(const Rule& rule) {
   return {{"id", rule.id},
@@ -114,12 +70,11 @@ Json properties_of(const GateOutcome& outcome) {
   if (const auto notes = notes_of(outcome); !notes.empty()) properties["notes"] = notes;
   if (!outcome.measured) return properties;
   const Measured& measured = *outcome.measured;
-  if (const Criterion* distance = measured.find(Criterion::Of::distance)) properties["limit"] = distance->limit;
+  if (const Criterion* distance = measured.distance()) properties["limit"] = distance->limit;
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
   if (const double u = measured.criteria.front().uncertainty; u > 0) properties["uncertainty"] = u;
-  std::vector<Criterion> criteria = measured.criteria;
-  for (const Expectation& one : outcome.expectations) criteria.push_back(api::criterion_of(one));
+  std::vector<Criterion> criteria = outcome.criteria();
   properties["foremost"] = shown_name(api::foremost(criteria).name);
   for (Criterion& shown : criteria) {
     for (std::string* text :
@@ -139,12 +94,12 @@ const char* level_of(const GateOutcome& outcome, Undecided rule) {
 }
 
 Json result_of(const GateOutcome& outcome, Undecided undecided) {
-  const std::size_t rule = rule_index(outcome);
+  const std::size_t rule = rule_of(outcome);
   const std::string fingerprint = fingerprint_of(outcome.gate);
   Json meshes = Json::array();
   if (!outcome.gate.candidate.empty()) meshes.push_back(related(1, "The candidate", outcome.gate.candidate));
   if (!outcome.gate.baseline.empty()) meshes.push_back(related(2, "The baseline", outcome.gate.baseline));
-  Json result{{"ruleId", kRules[rule].id},
+  Json result{{"ruleId", rules()[rule].id},
               {"ruleIndex", rule},
               {"level", level_of(outcome, undecided)},
               {"message", {{"text", plain(description_of(outcome))}}},
@@ -188,11 +143,11 @@ Json counts_of(const Report& report) {
 }
 
 Json driver_of(const Report& report) {
-  Json rules = Json::array();
-  for (const Rule& rule : kRules) rules.push_back(rule_json(rule));
+  Json all = Json::array();
+  for (const Rule& rule : rules()) all.push_back(rule_json(rule));
   Json driver{{"name", "meshgauge"}};
   if (!report.version.empty()) driver["version"] = report.version;
-  driver["rules"] = std::move(rules);
+  driver["rules"] = std::move(all);
   return driver;
 }
 

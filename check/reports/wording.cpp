@@ -55,14 +55,9 @@ std::string in_percent_of_diagonal(double share) { return to_digits(100 * share,
 
 // The limit of the distance as the gate has it: of the region, of the side, or of the gate.
 double asked_for(const Gate& gate, const Criterion& criterion) {
-  const api::ComparisonOptions& options = gate.request.options;
-  if (criterion.beyond) return options.max_share_beyond->distance;
-  if (criterion.side == "inside") return options.zone->inside;
-  if (criterion.side == "outside") return options.zone->outside;
-  for (const Region& region : options.regions) {
-    if (region.name == criterion.region && region.max_distance) return *region.max_distance;
-  }
-  return options.max_distance.value_or(0);
+  const std::vector<Criterion> asked = api::limits_asked(gate.request.options);
+  const auto found = std::ranges::find(asked, criterion.name, &Criterion::name);
+  return found == asked.end() ? 0 : found->beyond.value_or(found->limit);
 }
 
 // `number`: the limit as measured.
@@ -77,24 +72,16 @@ std::string length_in_words(const GateOutcome& outcome, double limit) {
                                       : with_unit(to_digits(limit, kDigits), outcome.unit());
 }
 
-// " ± 0.01 mm"; empty without an uncertainty.
-std::string uncertainty_of(const GateOutcome& outcome, const Criterion& criterion) {
-  if (!(criterion.uncertainty > 0)) return "";
-  return " ± " + with_unit(to_digits(criterion.uncertainty, kDigits), outcome.unit());
-}
-
 // " inside"; empty: the limit is of no side.
 std::string side_of(const Criterion& criterion) {
-  return criterion.side.empty() ? "" : " " + std::string(criterion.side);
+  return criterion.side.empty() ? "" : " " + criterion.side;
 }
 
 // "0.05 mm"; "0.05 mm inside"; "1 % beyond 0.05 mm".
 std::string limit_in_words(const GateOutcome& outcome, const Criterion& criterion) {
-  const std::string number = figures_of(criterion).limit;
-  if (!criterion.beyond)
-    return length_in_words(outcome, criterion, number) + uncertainty_of(outcome, criterion) + side_of(criterion);
-  return number + " % beyond " + length_in_words(outcome, criterion, to_digits(*criterion.beyond, kDigits)) +
-         uncertainty_of(outcome, criterion);
+  const std::string number = figures_of(criterion).limit, more = plus_minus(criterion, outcome.unit());
+  if (!criterion.beyond) return length_in_words(outcome, criterion, number) + more + side_of(criterion);
+  return number + " % beyond " + length_in_words(outcome, criterion, to_digits(*criterion.beyond, kDigits)) + more;
 }
 
 std::string joined(const std::string& one, const std::string& other, const char* by) {
@@ -139,17 +126,13 @@ std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 
 std::string limit_of(const GateOutcome& outcome) {
   if (outcome.measured) return limit_in_words(outcome, outcome.measured->foremost());
-  const api::ComparisonOptions& asked = outcome.gate.request.options;
-  std::string text = asked.max_distance ? length_in_words(outcome, *asked.max_distance) : "";
-  if (const auto& zone = asked.zone)
-    text = joined(
-        text,
-        length_in_words(outcome, zone->inside) + " inside, " + length_in_words(outcome, zone->outside) + " outside",
-        ", ");
-  const auto& area = asked.max_share_beyond;
-  if (!area) return text;
-  return joined(text, to_digits(100 * area->share, kDigits) + " % beyond " + length_in_words(outcome, area->distance),
-                ", ");
+  std::string text;
+  for (const Criterion& asked : api::limits_asked(outcome.gate.request.options)) {
+    if (asked.is_of_region()) continue;
+    const std::string share = asked.beyond ? to_digits(100 * asked.limit, kDigits) + " % beyond " : "";
+    text = joined(text, share + length_in_words(outcome, asked.beyond.value_or(asked.limit)) + side_of(asked), ", ");
+  }
+  return text;
 }
 
 std::string interval_of(const GateOutcome& outcome) {
@@ -172,7 +155,7 @@ std::vector<CriterionWords> criteria_in_words(const GateOutcome& outcome) {
 
 std::string unmet_of(const GateOutcome& outcome) {
   std::string text;
-  for (const Expectation& one : outcome.expectations) {
+  for (const Criterion& one : outcome.expectations) {
     if (one.verdict == api::Verdict::pass) continue;
     text += (text.empty() ? "" : "; ") + one.name + ": " + one.found + ", expected " + one.expected;
   }

@@ -3,51 +3,34 @@
 #include <nlohmann/json.hpp>
 
 #include "api/options/names.h"
+#include "api/options/write_options.h"
+#include "api/result/examination.h"
 #include "check/reports/history.h"
 
 namespace meshgauge::check {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using api::Json;
+using api::text_or_null;
 
-template <class T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
-Json or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-
-Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
-
-// In `.limit`: the limit as measured or, without a measurement, as far as the manifest says it.
+// In `.limit`: the limits as measured or, without a measurement, as far as the manifest says them: a length that is a
+// share of a diagonal is null. Behind the distance they stand in the other order than in a request.
 Json limits_of(const GateOutcome& outcome) {
-  const api::ComparisonOptions& asked = outcome.gate.request.options;
-  const bool of_diagonal = is_of_diagonal(outcome.gate);
-  const auto found = [&](Criterion::Of of, const char* side = "") {
-    return outcome.measured ? outcome.measured->find(of, "", side) : nullptr;
-  };
-  const auto length = [&](const Criterion* measured, double limit) {
-    return measured ? Json(measured->limit) : of_diagonal ? Json(nullptr) : Json(limit);
-  };
-  const auto in_diagonals = [&](double limit) { return of_diagonal ? Json(limit) : Json(nullptr); };
-  using enum Criterion::Of;
-  const auto& most = asked.max_distance;
-  Json json{{"max_distance", most ? length(found(distance), *most) : Json(nullptr)},
-            {"diagonal_share", most ? in_diagonals(*most) : Json(nullptr)},
-            {"units", or_null(outcome.unit())}};
-  if (asked.uncertainty > 0)
-    json["uncertainty"] =
-        outcome.measured ? Json(outcome.measured->criteria.front().uncertainty) : length(nullptr, asked.uncertainty);
-  if (const auto& zone = asked.zone) {
-    const Json inside = length(found(distance, "inside"), zone->inside);
-    json["zone"] = {inside.is_null() ? inside : Json(0 - inside.get<double>()),
-                    length(found(distance, "outside"), zone->outside)};
-  }
-  if (const auto& area = asked.max_share_beyond) {
-    const Criterion* measured = found(Criterion::Of::share);
-    json["max_share_beyond"] = {{"distance", measured ? Json(*measured->beyond) : length(nullptr, area->distance)},
-                                {"diagonal_share", in_diagonals(area->distance)},
-                                {"share", area->share}};
+  const Gate& gate = outcome.gate;
+  const Json asked = api::gate_of(gate.request.options),
+             found = api::gate_of(options_in(gate, outcome.measured ? outcome.measured->document : Json()));
+  const auto in_diagonals = [&](const Json& length) { return is_of_diagonal(gate) ? length : Json(nullptr); };
+  Json json{{"max_distance", nullptr}, {"diagonal_share", nullptr}, {"units", text_or_null(outcome.unit())}};
+  if (asked.is_null()) return json;
+  json["max_distance"] = found["max_distance"];
+  json["diagonal_share"] = in_diagonals(asked["max_distance"]);
+  for (auto limit = found.rbegin(); limit != found.rend(); ++limit) {
+    if (json.contains(limit.key())) continue;
+    json[limit.key()] = *limit;
+    if (limit->is_object())
+      json[limit.key()] = {{"distance", limit->at("distance")},
+                           {"diagonal_share", in_diagonals(asked[limit.key()]["distance"])},
+                           {"share", limit->at("share")}};
   }
   return json;
 }
@@ -55,15 +38,15 @@ Json limits_of(const GateOutcome& outcome) {
 Json json_of(const std::optional<Witness>& witness) {
   if (!witness) return nullptr;
   return {{"on", witness->on_candidate ? "candidate" : "baseline"},
-          {"point", json_of(witness->from)},
+          {"point", api::json_of(witness->from)},
           {"triangle", witness->from_triangle},
-          {"nearest_point", json_of(witness->to)},
+          {"nearest_point", api::json_of(witness->to)},
           {"nearest_triangle", witness->to_triangle}};
 }
 
 Json json_of(const std::optional<Error>& error) {
   if (!error) return nullptr;
-  return {{"message", error->message}, {"where", or_null(error->where)}};
+  return {{"message", error->message}, {"where", text_or_null(error->where)}};
 }
 
 Json distance(const std::optional<Measured>& measured) {
@@ -74,24 +57,16 @@ Json distance(const std::optional<Measured>& measured) {
 Json json_of(const std::vector<PastRun>& runs) {
   Json json = Json::array();
   for (const PastRun& run : runs) {
-    json.push_back({{"commit", or_null(run.commit)},
-                    {"verdict", to_string(run.verdict)},
-                    {"lower", or_null(run.lower)},
-                    {"upper", or_null(run.upper)},
-                    {"limit", or_null(run.limit)},
-                    {"unit", or_null(run.unit)},
-                    {"criteria", json_of(run.criteria)}});
-    if (run.uncertainty > 0) json.back()["uncertainty"] = run.uncertainty;
+    Json& one = json.emplace_back(json_of(run));
+    one["criteria"] = json_of(run.criteria);
+    if (run.uncertainty > 0) one["uncertainty"] = run.uncertainty;
   }
   return json;
 }
 
 Json criteria_json(const GateOutcome& outcome) {
   Json all = Json::array();
-  if (!outcome.measured) return all;
-  for (const Criterion& criterion : outcome.measured->criteria) all.push_back(api::json_of(criterion, outcome.unit()));
-  for (const Expectation& one : outcome.expectations)
-    all.push_back(api::json_of(api::criterion_of(one), outcome.unit()));
+  for (const Criterion& criterion : outcome.criteria()) all.push_back(api::json_of(criterion, outcome.unit()));
   return all;
 }
 
@@ -124,16 +99,16 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
           {"distance", distance(measured)},
           {"criteria", criteria_json(outcome)},
           {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
-          {"expectations", api::json_of(outcome.expectations)},
+          {"expectations", api::expectations_json(outcome.expectations)},
           {"notes", notes_json(outcome)},
-          {"advice", or_null(outcome.advice())},
+          {"advice", text_or_null(outcome.advice())},
           {"error", json_of(outcome.error)},
           {"interrupted", outcome.interrupted},
           {"timeout_ms", gate.request.timeout.count()},
           {"wall_ms", outcome.wall_ms},
           {"manifest", place(gate)},
           {"history", json_of(outcome.history)},
-          {"link", measured ? or_null(measured->link) : Json(nullptr)},
+          {"link", measured ? text_or_null(measured->link) : Json(nullptr)},
           {"comparison", measured ? measured->document : Json(nullptr)}};
 }
 

@@ -91,7 +91,7 @@ std::vector<std::string> criterion_lines(const GateOutcome& outcome) {
   for (const CriterionWords& one : all) {
     if (all.size() > 1) add(one.criterion.verdict, one.name + ": " + one.interval + ", at most " + one.limit);
   }
-  for (const Expectation& one : outcome.expectations) {
+  for (const Criterion& one : outcome.expectations) {
     if (one.verdict != api::Verdict::pass)
       add(one.verdict, one.name + ": " + shown_name(one.found) + ", expected " + shown_name(one.expected));
   }

@@ -66,7 +66,7 @@ inline void set_criteria(Measured& measured, std::vector<Criterion> criteria) {
   measured.criteria = std::move(criteria);
   measured.verdict = verdict_of(*api::worst(measured.criteria));
   measured.reached = measured.foremost().lower;
-  if (const Criterion* found = measured.find(Criterion::Of::distance)) {
+  if (const Criterion* found = measured.distance()) {
     measured.lower = found->lower;
     measured.upper = found->upper;
     measured.status = found->status;

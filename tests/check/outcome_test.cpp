@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 #include "api/formats/unread.h"
+#include "api/result/examination.h"
 #include "check/criteria.h"
 #include "check/reports/wording.h"
 
@@ -155,11 +156,11 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
   CHECK(criteria[0].side == "inside");
   CHECK(criteria[1].side == "outside");
   CHECK(fail->foremost().side == "inside");
-  CHECK(fail->shown.side == "inside");
-  CHECK(fail->shown.limit == 1);
-  CHECK(in_zone("null", side(0, 1), side(1, 2))->shown.limit == 2);
-  CHECK(in_zone("null", side(1.5, 2), side(2.5, 3))->shown.limit == 1);
-  CHECK(in_zone("null", side(0, 1), side(1, 3))->shown.side == "outside");
+  CHECK(fail->limit->side == "inside");
+  CHECK(fail->limit->limit == 1);
+  CHECK(in_zone("null", side(0, 1), side(1, 2))->limit->limit == 2);
+  CHECK(in_zone("null", side(1.5, 2), side(2.5, 3))->limit->limit == 1);
+  CHECK(in_zone("null", side(0, 1), side(1, 3))->limit->side == "outside");
   GateOutcome outcome;
   outcome.gate.request.options.zone = SideOptions::Zone{1, 2};
   outcome.measured = *fail;
@@ -176,7 +177,7 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
 TEST_CASE("outcome: nothing is known of a zone whose baseline has no sides, which no rule excuses") {
   const auto open = in_zone(R"({"detail":"mesh b is open","reason":"open","at":null})", "null", "null");
   CHECK(open->verdict == Verdict::undecided);
-  CHECK(open->shown.limit == 2);
+  CHECK(open->limit->limit == 2);
   GateOutcome outcome;
   outcome.gate.request.options.zone = SideOptions::Zone{1, 2};
   outcome.gate.warn_only = true;
@@ -205,7 +206,7 @@ TEST_CASE("outcome: a document with other criteria than were asked for is refuse
   document["criteria"] = {api::json_of(distance(0.1, 0.2, 0.5), ""), api::json_of(distance(0.1, 0.2, 0.6), "")};
   CHECK(measured_from(document, with_limit(0.5)).error().message.find("criterion 2 was not asked for") !=
         std::string::npos);
-  document["criteria"][1] = api::json_of(api::criterion_of({"watertight", api::Verdict::pass, "yes", "yes"}), "");
+  document["criteria"][1] = api::json_of(api::expectation("watertight", api::Verdict::pass, "yes", "yes"), "");
   CHECK(measured_from(document, with_limit(0.5)).ok());
   document["criteria"][0]["refused"] = "mesh b is open";
   CHECK(!measured_from(document, with_limit(0.5)).ok());

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/result/criteria.h"
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -68,16 +70,21 @@ TEST_CASE("result facts: each side has its direction, and the witness is that of
   CHECK(b.witness->to_triangle == 2);
 }
 
-TEST_CASE("result facts: a limit of one side has that side, and 0 no sign") {
+TEST_CASE("result facts: the limit is that of the criteria; of one side it has that side") {
   json of = document();
-  of["gate"] = {{"max_distance", nullptr}, {"zone", {-0.0, 5}}, {"units", "mm"}};
-  of["sides"] = {{"inside", {{"lower", 2}, {"upper", 3}}}, {"outside", {{"lower", 2}, {"upper", 3}}}};
+  of["criteria"] = json::array();
+  for (const auto& [side, most] : {std::pair("inside", 0.0), std::pair("outside", 5.0)}) {
+    api::Criterion criterion;
+    criterion.side = side;
+    criterion.limit = most;
+    criterion.lower = 2, criterion.upper = 3;
+    of["criteria"].push_back(json(api::json_of(criterion, "mm")));
+  }
   const auto limit = facts(of, Side::a).limit;
   CHECK(limit->side == "inside");
   CHECK(limit->limit == 0);
-  CHECK(!std::signbit(limit->limit));
-  of["gate"]["zone"][0] = 0;
-  CHECK(!std::signbit(facts(of, Side::a).limit->limit));
+  of["criteria"] = json::array({json{{"name", "of another version"}}});
+  CHECK(facts(of, Side::a).limit->limit == 0.5);
 }
 
 TEST_CASE("result facts: a direction that was not measured has no interval") {

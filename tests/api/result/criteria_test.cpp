@@ -4,6 +4,8 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/result/examination.h"
+
 using namespace meshgauge;
 using api::Criterion;
 
@@ -154,7 +156,7 @@ TEST_CASE("criteria: sentences with few digits, each number on its side of the l
         "between 4.999 and 20.01 % of the area is farther than 0.25 mm \xC2\xB1 0.125 mm: whether at most 12.5 % are "
         "is not "
         "known (timeout)");
-  CHECK(api::finding_of(api::criterion_of({"triangles", api::Verdict::fail, "12", "at most 10"}), "") ==
+  CHECK(api::finding_of(api::expectation("triangles", api::Verdict::fail, "12", "at most 10"), "") ==
         "triangles: 12, expected at most 10");
 }
 

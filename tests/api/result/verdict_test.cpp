@@ -64,8 +64,8 @@ TEST_CASE("verdict: a share that is not known is undecided") {
   api::ComparisonOptions options;
   options.max_share_beyond = {1, 0.5};
   CHECK(api::worst(api::criteria_of(Outcome{}, options)) == api::Verdict::undecided);
-  CHECK(api::share_beyond(Outcome{}, options)->lower == 0);
-  CHECK(api::share_beyond(Outcome{}, options)->upper == 1);
+  CHECK(api::limits_asked(options).front().lower == 0);
+  CHECK(api::limits_asked(options).front().upper == 1);
   CHECK(api::worst(api::criteria_of(with_shares({0, 0.1}, std::nullopt), options)) == api::Verdict::undecided);
   CHECK(api::worst(api::criteria_of(with_shares({0.6, 0.7}, std::nullopt), options)) == api::Verdict::fail);
   options.direction = Direction::b_to_a;

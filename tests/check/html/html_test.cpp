@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include "api/result/examination.h"
 #include "check/criteria.h"
 #include "check/html/diagrams.h"
 #include "check/html/html_gate.h"
@@ -196,8 +197,8 @@ TEST_CASE("a zone is named by its sides, and pictures are judged by the side tha
 TEST_CASE("an expectation that is not met has a row, and so has the distance that passes beside it") {
   GateOutcome outcome = samples::passed("lid");
   CHECK(to_html(samples::report_of({outcome}), {}).find("gate criterion") == std::string::npos);
-  outcome.expectations = {{"watertight", api::Verdict::fail, "no: 4 open edges", "yes"},
-                          {"triangles", api::Verdict::pass, "12", "at most 20"}};
+  outcome.expectations = {api::expectation("watertight", api::Verdict::fail, "no: 4 open edges", "yes"),
+                          api::expectation("triangles", api::Verdict::pass, "12", "at most 20")};
   const std::string page = to_html(samples::report_of({outcome}), {});
   CHECK(page.find("<tr class=\"gate criterion fail\"><td><span class=\"badge pass\">") != std::string::npos);
   CHECK(page.find("watertight</th><td class=\"number words\">no: 4 open edges</td><td class=\"number limit "

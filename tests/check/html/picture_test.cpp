@@ -24,7 +24,7 @@ GateOutcome outcome_of(Verdict verdict, const Vec3& from, const Vec3& to) {
   measured.document = {{"meshes", {{"a", {{"format", "stl"}}}}}};
   measured.verdict = verdict;
   measured.lower = measured.upper = (from - to).norm();
-  measured.shown.limit = verdict == Verdict::pass ? 2 * measured.lower : measured.lower / 2;
+  measured.limit = api::DistanceLimit{verdict == Verdict::pass ? 2 * measured.lower : measured.lower / 2};
   measured.witness = check::Witness{true, from, 0, to, 0};
   return outcome;
 }

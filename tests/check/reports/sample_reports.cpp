@@ -51,7 +51,7 @@ GateOutcome zone(const std::string& name) {
   Measured& measured = *outcome.measured;
   set_criteria(measured, {on_side("inside", distance(0.06, 0.07, 0.05, "complete")),
                           on_side("outside", distance(0.01, 0.02, 0.1, "complete"))});
-  measured.shown = {0.05, 0.06, 0.07, "inside"};
+  measured.limit = api::DistanceLimit{0.05, "inside"};
   return outcome;
 }
 

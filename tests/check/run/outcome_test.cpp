@@ -5,6 +5,7 @@
 #include <limits>
 #include <tuple>
 
+#include "api/result/examination.h"
 #include "check/run/gates.h"
 
 using namespace meshgauge;
@@ -56,9 +57,9 @@ TEST_CASE("an undecided gate fails where nothing is known of its area or of an e
     set_criteria(*outcome.measured, {distance(0, 1, 2), share(0.5, 0.25, lower, upper, "timeout")});
     CHECK(code() == expected);
   }
-  outcome.expectations = {{"volume", api::Verdict::undecided, "1 .. 2", "at least 1.5"}};
+  outcome.expectations = {api::expectation("volume", api::Verdict::undecided, "1 .. 2", "at least 1.5")};
   CHECK(code() == 0);
-  outcome.expectations.push_back({"watertight", api::Verdict::undecided, "not known", "yes", false});
+  outcome.expectations.push_back(api::expectation("watertight", api::Verdict::undecided, "not known", "yes", false));
   CHECK(code() == 2);
 }
 
