@@ -91,13 +91,12 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         TimeoutError: the time was over before both meshes were read, or all vertices measured.
         MemoryError: there is no memory for a copy that is needed.
     """
+    options = {name: value for name, value in locals().items() if name not in ("a", "b", "vertex_distances")}
     sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
-    options = _options.document(
-        max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
-        units=units if units is not None else _meshes.units_of(*sources), strategy=strategy, points=points,
-        statistics=statistics, areas=areas, topology=topology, max_share_beyond=max_share_beyond,
-        zone=zone, sides=sides, uncertainty=uncertainty, narrow=narrow, regions=regions, align=align, expect=expect)
-    document, *distances = _native.measure(sources[0].to_native(), sources[1].to_native(), options, vertex_distances)
+    if units is None:
+        options["units"] = _meshes.units_of(*sources)
+    sent = _options.document(**options)
+    document, *distances = _native.measure(sources[0].to_native(), sources[1].to_native(), sent, vertex_distances)
     return Result(_meshes.noted(document, _meshes.notes_of(*sources)), *distances)
 
 

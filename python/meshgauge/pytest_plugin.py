@@ -128,8 +128,9 @@ class _Report:
         return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
 
     def _flags(self, actual: _meshes.Source, expected: _meshes.Source) -> list[str]:
-        given = {name: self._options[name] for name in _OF_REPORTS if self._options.get(name) is not None}
-        given.setdefault("units", _meshes.units_of(actual, expected))
+        given = {name: value for name, value in self._options.items() if name not in _NOT_OF_REPORTS}
+        if given.get("units") is None:
+            given["units"] = _meshes.units_of(actual, expected)
         sent = _options.document(max_distance=self._max_distance, **given)
         units = sent.pop("units", {})
         sides = {"candidate": "a", "baseline": "b"}
@@ -141,7 +142,9 @@ class _Report:
                         for name, value in sent.items()]
 
 
-_OF_REPORTS = ("units", "direction", "max_share_beyond", "zone", "uncertainty", "regions", "align", "expect")
+# How the work is done, and what is measured besides the limits.
+_NOT_OF_REPORTS = ("cloud", "tolerance", "timeout", "threads", "strategy", "points", "statistics", "areas", "topology", "sides",
+                   "narrow", "vertex_distances")
 
 
 def _in_percent(value: Any) -> Any:

@@ -70,10 +70,8 @@ class Result:
 
     @property
     def verdict(self) -> Optional[str]:
-        """"pass": upper <= max_distance. "fail": lower > max_distance. "undecided": neither. None without a limit. With
-        max_share_beyond, zone or regions: "pass" if every limit passes, "fail" if one fails. A zone whose mesh b has no
-        sides is "undecided". With an uncertainty U a distance passes by limit - U, and fails by limit + U. With expect it counts
-        each expectation as a limit.
+        """The worst of the criteria: "fail" if a limit is certainly exceeded or an expectation not met, "pass" if all certainly
+        hold, else "undecided" (docs/metrology.md). None without a limit and without expect.
         """
         return self._document["verdict"]
 
@@ -107,8 +105,8 @@ class Result:
 
     @property
     def signed_vertex_distances(self) -> Any:
-        """The same, positive outside of b and negative inside; NaN where neither is proved. None without sides or a
-        zone, and where b has no sides: document["sides"]["refused"] says why.
+        """The same, positive outside of b and negative inside; NaN where neither is proved. None where the sides of b were
+        not asked for, and where it has none: document["sides"]["refused"] says why.
         """
         return self._signed_vertex_distances
 

@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { asTyped, buildOptions, hasPlace, noValues, valuesOf, type FormValues } from "../../../server/web/page/form/options.js";
 import { formatOf } from "../../../server/web/page/form/slot.js";
 import { curlCommand, gatesYaml, optionsOf } from "../../../server/web/page/text/snippets.js";
-import { areaGate, comparison, gate } from "./samples.js";
+import { areaGate, comparison, gate, share } from "./samples.js";
 import type { MeshFacts } from "../../../server/web/page/api/types.js";
 
 const build = (values: Partial<FormValues>) => buildOptions({ ...noValues, ...values });
@@ -159,7 +159,7 @@ test("a result states the certified areas that were asked for", () => {
 test("a result states the limit of the area, and not the question that it asked", () => {
   const found = { status: "complete" as const, pieces: 2, beyond: [{ distance: 0.05, share: { lower: 0, upper: 0.5 } }], quantiles: [], mean: null, rms: null };
   const areas = { certified: true as const, share_tolerance: 0.001, length_tolerance: 0.02, a_to_b: found, b_to_a: null };
-  const result = comparison({ areas, gate: areaGate });
+  const result = comparison({ areas, gate: areaGate, criteria: [share("undecided", 0, 0.5)] });
   assert.equal(optionsOf(result).areas, undefined);
   assert.deepEqual(optionsOf(result).gate, { max_share_beyond: areaGate.max_share_beyond, narrow: true, units: "mm" });
   assert.equal(valuesOf(result).limit, "");

@@ -84,7 +84,7 @@ function readingOf(result: Comparison): HTMLElement {
   return h("p", { class: "reading" }, ...range);
 }
 
-// One for the foremost distance, and one for each side of a zone.
+// One for the foremost distance; where that is of a side, one for each side.
 function gaugesOf(result: Comparison, ends: (() => void)[]): HTMLElement[] {
   const distances = criteriaOf(result).filter((one): one is Limit => isLimit(one) && one.of === "distance" && !one.refused);
   const first = distances.find(({ name }) => name === foremostOf(result)?.name) ?? distances[0];

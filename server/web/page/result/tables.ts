@@ -2,7 +2,7 @@
 // the facts about both meshes side by side.
 import type { Comparison, MeshFacts, Side } from "../api/types.js";
 import { h, scroller, tableCard } from "../dom.js";
-import { criteriaOf, isLimit, rest, type Criterion } from "../text/criteria.js";
+import { criteriaOf, isLimit, plusMinus, rest, type Criterion } from "../text/criteria.js";
 import { withoutOverrides } from "../text/names.js";
 import {
   grouped, inBytes, inPercentAbove, intervalText, intervalWords, plain, pointText, toDigits, toDigitsBelow, withUnits,
@@ -45,7 +45,7 @@ function found(criterion: Criterion, result: Comparison): string {
 function allowed(criterion: Criterion, result: Comparison): string {
   if (!isLimit(criterion)) return criterion.expected ?? "";
   const length = (one: number) => withUnits(plain(one), unitsOf(result));
-  const more = criterion.uncertainty ? ` \u00B1 ${length(criterion.uncertainty)}` : "";
+  const more = plusMinus(criterion, unitsOf(result));
   if (criterion.of === "share") return `${intervalText(100 * criterion.lower, criterion.upper === null ? null : 100 * criterion.upper, 100 * criterion.limit).limit}\u00A0% beyond ${length(criterion.beyond ?? 0)}${more}`;
   return length(criterion.limit) + more;
 }

@@ -1,5 +1,6 @@
 // The criteria of a result: each limit and each expectation, with what is known of it.
 import type { Comparison, Directed, Side, Vec3 } from "../api/types.js";
+import { plain, withUnits } from "./numbers.js";
 
 export type Criterion = Comparison["criteria"][number];
 
@@ -33,6 +34,12 @@ function ofOldResult(result: Comparison): Criterion[] {
   const witness = at ? { on: at.from, point: at.point, triangle: at.triangle, nearest_point: at.nearest, nearest_triangle: at.nearestTriangle } : null;
   return [{ name: "distance", of: "distance", verdict, finding: "", region: null, side: null, limit: gate.max_distance, uncertainty: 0, ...distance, status, witness }];
 }
+
+/** " ± 0.01 mm", what stands behind the limit; "": it has no uncertainty. */
+export const plusMinus = ({ uncertainty }: Limit, units: string): string => (uncertainty ? ` ± ${withUnits(plain(uncertainty), units)}` : "");
+
+/** How many distances of the certified areas a limit asks for: none but a share's one, or both ends of an uncertain one. */
+export const distancesAsked = ({ of, uncertainty }: Criterion): number => (of === "share" ? (uncertainty ? 2 : 1) : 0);
 
 /** "", "In bore: ", "Outside of the regions: " */
 export function placeWords({ region }: Criterion): string {

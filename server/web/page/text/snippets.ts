@@ -1,6 +1,6 @@
 // The same measurement without the page: a command line, and a gate of `meshgauge check`.
 import type { Comparison, MeshFacts, Options } from "../api/types.js";
-import { rest } from "./criteria.js";
+import { criteriaOf, distancesAsked, rest } from "./criteria.js";
 import { toDigits, toDigitsAbove } from "./numbers.js";
 import { unitOf } from "./verdict.js";
 
@@ -36,7 +36,7 @@ export function optionsOf(result: Comparison): Options & UnitsOfEach {
     ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
     ...(result.regions ? { regions: regionsAsked(result) } : {}),
     ...areasAsked(result),
-    ...(result.sides && !gate?.zone ? { sides: { length_tolerance: result.sides.length_tolerance } } : {}),
+    ...(result.sides && !criteriaOf(result).some(({ side }) => side) ? { sides: { length_tolerance: result.sides.length_tolerance } } : {}),
     ...(result.statistics ? { statistics: true } : {}),
     ...expectAsked(result),
     ...alignAsked(result),
@@ -49,14 +49,8 @@ export function withoutLimits(options: Options): Options {
   return { ...options, gate: undefined, ...(regions ? { regions } : {}) };
 }
 
-function limitsAsked({ max_distance, max_share_beyond, zone, uncertainty }: NonNullable<Comparison["gate"]>): NonNullable<Options["gate"]> {
-  return {
-    ...(max_distance === null ? {} : { max_distance }),
-    ...(max_share_beyond ? { max_share_beyond } : {}),
-    ...(zone ? { zone } : {}),
-    ...(uncertainty ? { uncertainty } : {}),
-  };
-}
+const limitsAsked = (gate: NonNullable<Comparison["gate"]>) =>
+  Object.fromEntries(Object.entries(gate).filter(([name, limit]) => name !== "units" && limit !== null)) as NonNullable<Options["gate"]>;
 
 /** The regions as they were asked for: without those that have the gate's limit. */
 export function regionsAsked({ regions, gate }: Comparison) {
@@ -84,12 +78,13 @@ function alignAsked({ alignment }: Comparison): Pick<Options, "align"> {
   return { align: { ...(start ? { transform: start, fit: true } : {}), ...(principal_axes ? { principal_axes } : {}), ...(overlap === 1 ? {} : { overlap }) } };
 }
 
-// Without the distance that the gate asks for, which is the last; with an uncertainty it is two.
-function areasAsked({ areas, gate }: Comparison): Pick<Options, "areas"> {
+// Without the distances that a limit asks for, which are the last.
+function areasAsked(result: Comparison): Pick<Options, "areas"> {
+  const { areas } = result;
   const found = areas?.a_to_b ?? areas?.b_to_a;
   if (!areas || !found) return {};
   const all = found.beyond.map(({ distance }) => distance), quantiles = found.quantiles.map(({ share }) => share);
-  const beyond = gate?.max_share_beyond ? all.slice(0, gate.uncertainty ? -2 : -1) : all;
+  const beyond = criteriaOf(result).reduce((own, limit) => own.slice(0, own.length - distancesAsked(limit)), all);
   if (beyond.length === 0 && quantiles.length === 0 && !found.mean) return {};
   const { share_tolerance, length_tolerance } = areas;
   return {
@@ -143,9 +138,14 @@ function limitLines(result: Comparison): string[] {
     const known = length(toDigitsAbove(distance.upper ?? distance.lower, 3));
     return [`    max_distance: ${known}  # just above what was measured: say what is allowed`];
   }
-  const { max_distance, max_share_beyond, zone, uncertainty } = gate;
-  const share = max_share_beyond && `{distance: ${length(max_share_beyond.distance)}, share: ${toDigits(100 * max_share_beyond.share, 12)} %}`;
-  return [...(max_distance === null ? [] : [`    max_distance: ${length(max_distance)}`]), ...(share ? [`    max_share_beyond: ${share}`] : []), ...(zone ? [`    zone: [${zone.map(length).join(", ")}]`] : []), ...(uncertainty ? [`    uncertainty: ${length(uncertainty)}`] : []), ...regionLines(result, length)];
+  const yaml = (limit: unknown): string => {
+    if (typeof limit === "number") return length(limit);
+    if (Array.isArray(limit)) return `[${limit.map(yaml).join(", ")}]`;
+    const { distance, share } = limit as { distance: number; share: number };
+    return `{distance: ${length(distance)}, share: ${toDigits(100 * share, 12)} %}`;
+  };
+  const limits = Object.entries(limitsAsked(gate)).map(([name, limit]) => `    ${name}: ${yaml(limit)}`);
+  return [...limits, ...regionLines(result, length)];
 }
 
 function regionLines(result: Comparison, length: (number: number) => string): string[] {

@@ -1,6 +1,6 @@
 // The meaning of a result in sentences, in the words of `meshgauge check`.
 import type { Comparison, Direction, Side, Status, Verdict } from "../api/types.js";
-import { criteriaOf, foremostOf, isLimit, placeWords, witnessesOf, type Criterion, type Limit } from "./criteria.js";
+import { criteriaOf, foremostOf, isLimit, placeWords, plusMinus, witnessesOf, type Criterion, type Limit } from "./criteria.js";
 import { withoutOverrides } from "./names.js";
 import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
@@ -79,9 +79,9 @@ export function shownLimit({ limit, uncertainty, verdict }: Limit): number {
 }
 
 function figures(criterion: Limit, units: string) {
-  const { lower, upper, limit, uncertainty } = criterion;
-  const text = intervalText(lower, upper, shownLimit(criterion));
-  const allowed = uncertainty ? `${withUnits(plain(limit), units)} ± ${withUnits(plain(uncertainty), units)}` : withUnits(text.limit, units);
+  const { lower, upper, limit } = criterion;
+  const text = intervalText(lower, upper, shownLimit(criterion)), more = plusMinus(criterion, units);
+  const allowed = withUnits(more ? plain(limit) : text.limit, units) + more;
   return { lower: withUnits(text.lower, units), upper: withUnits(text.upper, units), limit: allowed };
 }
 
