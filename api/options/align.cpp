@@ -66,8 +66,7 @@ std::optional<AlignOptions> read_members(const JsonValue& value, const std::stri
        [&](const JsonValue& v, const std::string& place) {
          if (const auto motion = read_transform(v, place, reading)) options.start = *motion;
        }},
-      {"fit",
-       [&](const JsonValue& v, const std::string& place) { options.fit = reading.boolean(v, place).value_or(true); }},
+      reading.boolean_into("fit", options.fit),
       {"principal_axes",
        [&](const JsonValue& v, const std::string& place) {
          options.principal_axes = reading.boolean(v, place).value_or(false);

@@ -13,10 +13,6 @@ constexpr Range kVolumeRange{};  // and of a share of it
 
 using Member = Reading::Member;
 
-Member truth(std::string_view key, std::optional<bool>& expected, Reading& reading) {
-  return {key, [&](const JsonValue& value, const std::string& at) { expected = reading.boolean(value, at); }};
-}
-
 // 20000.0 is a whole number, too.
 JsonValue as_whole(const JsonValue& value) {
   const bool is_whole = value.is_number_float() && std::trunc(value.get<double>()) == value.get<double>();
@@ -72,9 +68,9 @@ Expectations read_expect(const JsonValue& value, const std::string& at, Reading&
     if (span.min || span.max) expect.volume = span;
   };
   const Member members[] = {
-      truth("watertight", expect.watertight, reading), truth("oriented", expect.oriented, reading),
-      count("triangles", expect.triangles, reading),   count("degenerate", expect.degenerate, reading),
-      count("components", expect.components, reading), {"volume", volume}};
+      reading.boolean_into("watertight", expect.watertight), reading.boolean_into("oriented", expect.oriented),
+      count("triangles", expect.triangles, reading),         count("degenerate", expect.degenerate, reading),
+      count("components", expect.components, reading),       {"volume", volume}};
   reading.some_members(value, members, at);
   return expect;
 }

@@ -40,8 +40,7 @@ void read_max_share_beyond(const JsonValue& value, const std::string& at, Draft&
                                         draft.reading.shown(value));
   ShareLimit& limit = draft.options.max_share_beyond.emplace();
   const Reading::Member members[] = {
-      {"distance", [&](const JsonValue& v,
-                       const std::string& place) { limit.distance = draft.reading.limit(v, place).value_or(0); }},
+      draft.reading.limit_into("distance", limit.distance),
       {"share", [&](const JsonValue& v, const std::string& place) {
          limit.share = draft.reading.share(v, "the area", place).value_or(0);
        }}};

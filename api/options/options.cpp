@@ -1,5 +1,6 @@
 // The table of options: one row each, how it is read, and how it is written.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -16,11 +17,6 @@ namespace meshgauge::api {
 namespace {
 
 using Member = Reading::Member;
-
-template <class Number>
-void set_number(const JsonValue& value, const Range& range, const std::string& at, Draft& draft, Number& out) {
-  if (const auto number = draft.reading.number(value, range, at)) out = static_cast<Number>(*number);
-}
 
 void read_direction(const JsonValue& value, const std::string& at, Draft& draft) {
   if (const auto found = draft.reading.name(kDirectionWords, value, at)) draft.options.direction = *found;
@@ -43,22 +39,18 @@ void read_points(const JsonValue& value, const std::string& at, Draft& draft) {
 void read_tolerance(const JsonValue& value, const std::string& at, Draft& draft) {
   Tolerance& tolerance = draft.options.tolerance = {};
   draft.tolerance_given = true;
-  const auto rule = [&](std::string_view key, std::optional<double>& out) {
-    return Member{key, [&](const JsonValue& v, const std::string& place) {
-                    out = draft.reading.number(v, kToleranceRange, place);
-                  }};
-  };
-  const Member members[] = {rule("absolute", tolerance.absolute), rule("diagonal", tolerance.diagonal),
-                            rule("relative", tolerance.relative)};
-  draft.reading.some_members(value, members, at);
+  Reading& reading = draft.reading;
+  const Member members[] = {reading.number_into("absolute", tolerance.absolute, kToleranceRange),
+                            reading.number_into("diagonal", tolerance.diagonal, kToleranceRange),
+                            reading.number_into("relative", tolerance.relative, kToleranceRange)};
+  reading.some_members(value, members, at);
 }
 
 void read_milliseconds(const JsonValue& value, const std::string& at, Draft& draft) {
   draft.timeout_at = at;
   const Range range{kTimeoutMsRange.low, static_cast<double>(draft.limits.max_timeout.count()), true};
-  std::int64_t milliseconds = draft.request.timeout.count();
-  set_number(value, range, at, draft, milliseconds);
-  draft.request.timeout = std::chrono::milliseconds(milliseconds);
+  if (const auto found = draft.reading.number(value, range, at))
+    draft.request.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(*found));
 }
 
 // "60 s", or a number of seconds.
@@ -79,18 +71,15 @@ void read_timeout(const JsonValue& value, const std::string& at, Draft& draft) {
 
 void read_threads(const JsonValue& value, const std::string& at, Draft& draft) {
   draft.request.threads_given = true;
-  set_number(value, kThreadsRange, at, draft, draft.options.threads);
+  if (const auto found = draft.reading.number(value, kThreadsRange, at))
+    draft.options.threads = static_cast<unsigned>(*found);
 }
 
 void read_budget(const JsonValue& value, const std::string& at, Draft& draft) {
-  const Member members[] = {{"work_items",
-                             [&](const JsonValue& v, const std::string& place) {
-                               set_number(v, kWorkItemsRange, place, draft, draft.options.max_work_items);
-                             }},
-                            {"memory_bytes", [&](const JsonValue& v, const std::string& place) {
-                               set_number(v, kMemoryBytesRange, place, draft, draft.options.max_memory_bytes);
-                             }}};
-  draft.reading.members(value, members, at);
+  Reading& reading = draft.reading;
+  const Member members[] = {reading.number_into("work_items", draft.options.max_work_items, kWorkItemsRange),
+                            reading.number_into("memory_bytes", draft.options.max_memory_bytes, kMemoryBytesRange)};
+  reading.members(value, members, at);
 }
 
 void read_areas(const JsonValue& value, const std::string& at, Draft& draft) {
@@ -115,49 +104,40 @@ void read_areas(const JsonValue& value, const std::string& at, Draft& draft) {
              },
              place);
        }},
-      {"mean",
-       [&](const JsonValue& v, const std::string& place) { areas.mean = reading.boolean(v, place).value_or(true); }},
-      {"share_tolerance",
-       [&](const JsonValue& v, const std::string& place) {
-         set_number(v, kShareToleranceRange, place, draft, areas.share_tolerance);
-       }},
-      {"length_tolerance", [&](const JsonValue& v, const std::string& place) {
-         set_number(v, kLengthToleranceRange, place, draft, areas.length_tolerance);
-       }}};
+      reading.boolean_into("mean", areas.mean),
+      reading.number_into("share_tolerance", areas.share_tolerance, kShareToleranceRange),
+      reading.number_into("length_tolerance", areas.length_tolerance, kLengthToleranceRange)};
   const std::size_t mistakes = reading.mistakes.size();
   if (reading.members(value, members, at) && !asks_something(areas) && reading.mistakes.size() == mistakes)
     reading.refuse(at, "must ask for beyond, quantiles or mean");
 }
 
-// Reads the request for something: true or an object of settings; false: none.
-template <class Settings>
-void read_settings(std::optional<Settings>& asked, const JsonValue& value, std::span<const Member> members,
+// Reads the request for something: true or an object of settings, which are the members of `members(*asked)`; false:
+// none.
+template <class Settings, class Members>
+void read_settings(std::optional<Settings>& asked, const JsonValue& value, const Members& members,
                    const std::string& at, Draft& draft) {
   if (value == false) return asked.reset();
   if (value != true && !value.is_object())
     return draft.reading.refuse(at, "must be true, false or " + std::string(draft.reading.surface.object) + ", not " +
                                         draft.reading.shown(value));
   asked.emplace();
-  if (value.is_object()) draft.reading.members(value, members, at);
+  if (value.is_object()) draft.reading.members(value, members(*asked), at);
 }
 
 void read_sides(const JsonValue& value, const std::string& at, Draft& draft) {
-  const Member members[] = {{"length_tolerance", [&](const JsonValue& v, const std::string& place) {
-                               set_number(v, kLengthToleranceRange, place, draft,
-                                          draft.options.sides->length_tolerance);
-                             }}};
+  const auto members = [&](SideOptions& sides) {
+    return std::array{draft.reading.number_into("length_tolerance", sides.length_tolerance, kLengthToleranceRange)};
+  };
   read_settings(draft.options.sides, value, members, at, draft);
   if (draft.options.sides && draft.sides_at.empty()) draft.sides_at = at;
 }
 
 void read_statistics(const JsonValue& value, const std::string& at, Draft& draft) {
-  const Member members[] = {{"samples",
-                             [&](const JsonValue& v, const std::string& place) {
-                               set_number(v, kSamplesRange, place, draft, draft.options.statistics->samples);
-                             }},
-                            {"seed", [&](const JsonValue& v, const std::string& place) {
-                               set_number(v, kSeedRange, place, draft, draft.options.statistics->seed);
-                             }}};
+  const auto members = [&](Sampling& sampling) {
+    return std::array{draft.reading.number_into("samples", sampling.samples, kSamplesRange),
+                      draft.reading.number_into("seed", sampling.seed, kSeedRange)};
+  };
   read_settings(draft.options.statistics, value, members, at, draft);
 }
 

@@ -61,6 +61,21 @@ class Reading {
     std::string_view key;
     std::function<void(const JsonValue& value, const std::string& at)> read;
   };
+  // Members that are read into `out`, which a mistake leaves as it is. Borrow it.
+  template <class Out>
+  Member number_into(std::string_view key, Out& out, const Range& range) {
+    return into(key, out, [this, range](const JsonValue& value, const std::string& at) {
+      return number(value, range, at);
+    });
+  }
+  template <class Out>
+  Member boolean_into(std::string_view key, Out& out) {
+    return into(key, out, [this](const JsonValue& value, const std::string& at) { return boolean(value, at); });
+  }
+  template <class Out>
+  Member limit_into(std::string_view key, Out& out) {
+    return into(key, out, [this](const JsonValue& value, const std::string& at) { return limit(value, at); });
+  }
   // Reads the members that there are, in this order. False: it is no object.
   bool members(const JsonValue& value, std::span<const Member> known, const std::string& at);
   // As members(), of an object that has at least one. `or_else`: what it may be as well, "a whole number, or ".
@@ -93,6 +108,13 @@ class Reading {
     bool is_bare = false;
     bool is_zero = false;
   };
+
+  template <class Out, class Read>
+  static Member into(std::string_view key, Out& out, const Read& read) {
+    return {key, [read, &out](const JsonValue& value, const std::string& at) {
+              if (const auto found = read(value, at)) out = static_cast<Out>(*found);
+            }};
+  }
 
   void no_name(const JsonValue& value, std::span<const std::string_view> known, const std::string& at);
   void unknown(const std::string& at, const std::string& key, std::span<const Member> known);

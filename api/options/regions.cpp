@@ -49,13 +49,10 @@ Box read_box(const JsonValue& value, const std::string& at, Reading& reading) {
 
 Sphere read_sphere(const JsonValue& value, const std::string& at, Reading& reading) {
   Sphere sphere;
-  const auto radius = [&](const JsonValue& v, const std::string& place) {
-    sphere.radius = reading.number(v, kRadiusRange, place).value_or(0);
-  };
   read_both(
       value,
       {{{"centre", [&](const JsonValue& v, const std::string& place) { read_point(v, place, reading, sphere.centre); }},
-        {"radius", radius}}},
+        reading.number_into("radius", sphere.radius, kRadiusRange)}},
       at, reading);
   return sphere;
 }
@@ -88,8 +85,7 @@ Region read_region(const JsonValue& value, const std::string& at, Reading& readi
       {"box", [&](const JsonValue& v, const std::string& place) { region.shape = read_box(v, place, reading); }},
       {"sphere", [&](const JsonValue& v, const std::string& place) { region.shape = read_sphere(v, place, reading); }},
       {"group", [&](const JsonValue& v, const std::string& place) { region.shape = read_group(v, place, reading); }},
-      {"max_distance",
-       [&](const JsonValue& v, const std::string& place) { region.max_distance = reading.limit(v, place); }}};
+      reading.limit_into("max_distance", region.max_distance)};
   reading.members(value, members, at);
   if (!value.contains("name")) reading.refuse(at + "/name", "is missing");
   return region;

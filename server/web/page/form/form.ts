@@ -111,28 +111,11 @@ export class Form {
 
   private values(): FormValues {
     const data = new FormData(this.form);
-    const text = (name: Field) => {
+    const values = Object.entries(noValues).map(([name, none]: [string, string | boolean]) => {
       const value = data.get(name);
-      return typeof value === "string" ? value : noValues[name].toString();
-    };
-    return {
-      limit: text("limit"),
-      units: text("units"),
-      inside: text("inside"),
-      outside: text("outside"),
-      further: text("further"),
-      unitA: text("unitA"),
-      unitB: text("unitB"),
-      direction: text("direction") as FormValues["direction"],
-      toleranceKind: text("toleranceKind") as FormValues["toleranceKind"],
-      tolerance: text("tolerance"),
-      strategy: text("strategy") as FormValues["strategy"],
-      points: text("points"),
-      timeout: text("timeout"),
-      threads: text("threads"),
-      statistics: data.has("statistics"),
-      align: data.has("align"),
-    };
+      return [name, typeof none === "boolean" ? data.has(name) : typeof value === "string" ? value : none] as const;
+    });
+    return Object.fromEntries(values) as unknown as FormValues;
   }
 
   private fill(values: FormValues): void {
