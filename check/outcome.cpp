@@ -298,10 +298,7 @@ Verdict verdict_of(api::Verdict verdict) {
   return verdict == api::Verdict::fail ? Verdict::fail : Verdict::undecided;
 }
 
-std::string_view to_string(Verdict verdict) {
-  constexpr std::string_view kNames[] = {"pass", "fail", "undecided", "error"};
-  return kNames[static_cast<std::size_t>(verdict)];
-}
+std::string_view to_string(Verdict verdict) { return api::name_of(kVerdicts, verdict); }
 
 std::string_view to_string(Level level) {
   constexpr std::string_view kNames[] = {"ok", "warning", "failure"};

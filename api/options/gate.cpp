@@ -72,8 +72,7 @@ void read_narrow(const JsonValue& value, const std::string& at, Draft& draft) {
 }
 
 constexpr LimitOption kLimits[] = {
-    {"max_distance", true, read_max_distance,
-     [](const Asked& o) { return o.max_distance ? Json(*o.max_distance) : Json(nullptr); }},
+    {"max_distance", true, read_max_distance, [](const Asked& o) { return number_or_null(o.max_distance); }},
     {"max_share_beyond", true, read_max_share_beyond,
      [](const Asked& o) {
        const auto& limit = o.max_share_beyond;

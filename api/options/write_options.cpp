@@ -36,6 +36,8 @@ Json count_of(const Span& span) {
 
 Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
 
+Json number_or_null(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
+
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
 Json json_of(const Tolerance& asked) {

@@ -1,6 +1,7 @@
 // Writes options of a request as JSON, in the form in which a request has them.
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,6 +17,7 @@ namespace meshgauge::api {
 using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
 
 Json text_or_null(std::string_view text);  // null: the text is empty
+Json number_or_null(const std::optional<double>& number);
 Json json_of(const Vec3& p);
 Json json_of(const Tolerance& asked);  // has only the rules that are set
 Json json_of(const Region& region);

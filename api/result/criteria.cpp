@@ -325,7 +325,7 @@ Json json_of(const Criterion& criterion, std::string_view unit) {
   }
   json.update({{"region", text_or_null(criterion.region)},
                {"side", text_or_null(criterion.side)},
-               {"beyond", criterion.beyond ? Json(*criterion.beyond) : Json(nullptr)},
+               {"beyond", number_or_null(criterion.beyond)},
                {"limit", criterion.limit},
                {"uncertainty", criterion.uncertainty},
                {"unit", text_or_null(unit)},

@@ -21,10 +21,10 @@ namespace meshgauge::check {
 namespace {
 
 using api::Json;
+using api::number_or_null;
 using api::text_or_null;
 
 constexpr std::size_t kShownRuns = 30;
-constexpr std::array kVerdicts{Verdict::pass, Verdict::fail, Verdict::undecided, Verdict::error};
 
 Error no_history(const std::filesystem::path& file, const std::string& why) {
   return bad_flag("--history", "'" + file.string() + "' " + why);
@@ -56,16 +56,12 @@ std::map<std::string, PastCriterion> criteria_of(const Json& line) {
 std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   const Json json = Json::parse(line, nullptr, false);
   if (!json.is_object() || text(json, "gate").empty()) return std::nullopt;
-  const std::string name = text(json, "verdict");
-  const auto* verdict =
-      std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](Verdict v) { return to_string(v) == name; });
-  if (verdict == kVerdicts.end()) return std::nullopt;
+  const auto verdict = api::value_of(kVerdicts, text(json, "verdict"));
+  if (!verdict) return std::nullopt;
   return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
                                                length(json, "upper"), length(json, "limit"), text(json, "unit"),
                                                length(json, "uncertainty").value_or(0), criteria_of(json)});
 }
-
-Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
   Json json{{"time", time}, {"commit", nullptr}, {"gate", outcome.gate.name}};
@@ -148,15 +144,21 @@ Result<Done> History::keep(const std::string& time, const std::string& commit, R
 }
 
 Json json_of(const PastRun& run) {
-  return {{"commit", text_or_null(run.commit)}, {"verdict", to_string(run.verdict)}, {"lower", or_null(run.lower)},
-          {"upper", or_null(run.upper)},        {"limit", or_null(run.limit)},       {"unit", text_or_null(run.unit)}};
+  return {{"commit", text_or_null(run.commit)},
+          {"verdict", to_string(run.verdict)},
+          {"lower", number_or_null(run.lower)},
+          {"upper", number_or_null(run.upper)},
+          {"limit", number_or_null(run.limit)},
+          {"unit", text_or_null(run.unit)}};
 }
 
 Json json_of(const std::map<std::string, PastCriterion>& criteria) {
   Json json = Json::array();
   for (const auto& [name, past] : criteria) {
-    json.push_back(
-        {{"name", name}, {"lower", or_null(past.lower)}, {"upper", or_null(past.upper)}, {"limit", past.limit}});
+    json.push_back({{"name", name},
+                    {"lower", number_or_null(past.lower)},
+                    {"upper", number_or_null(past.upper)},
+                    {"limit", past.limit}});
   }
   return json;
 }

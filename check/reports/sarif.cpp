@@ -136,9 +136,7 @@ Json invocation_of(const Report& report) {
 
 Json counts_of(const Report& report) {
   Json counts{{"gates", report.outcomes.size()}};
-  for (const Verdict verdict : {Verdict::pass, Verdict::fail, Verdict::undecided, Verdict::error}) {
-    counts[std::string(to_string(verdict))] = report.count(verdict);
-  }
+  for (const auto& [verdict, name] : kVerdicts) counts[std::string(name)] = report.count(verdict);
   return counts;
 }
 

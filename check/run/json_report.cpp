@@ -114,9 +114,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
 
 Json counts(const Report& report) {
   Json json;
-  for (const auto verdict : {Verdict::pass, Verdict::fail, Verdict::undecided, Verdict::error}) {
-    json[std::string(to_string(verdict))] = report.count(verdict);
-  }
+  for (const auto& [verdict, name] : kVerdicts) json[std::string(name)] = report.count(verdict);
   return json;
 }
 
