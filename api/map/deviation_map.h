@@ -43,7 +43,7 @@ struct DeviationMap {
   ColourScale scale;
   std::string limit_side{};  // "inside", "outside": the limit is of that side of the baseline; empty: of both
   std::string units;         // the unit's name; empty: not known
-  double lower = 0;               // the certified interval of the comparison
+  double lower = 0;          // the certified interval of the comparison
   double upper = 0;
   std::optional<ResultWitness> witness;
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured

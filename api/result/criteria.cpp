@@ -127,9 +127,7 @@ std::string share_finding(const Criterion& share, std::string_view unit) {
 std::string distance_finding(const Criterion& criterion, std::string_view unit, std::string limit) {
   if (!criterion.refused.empty()) return "nothing is inside or outside: " + criterion.refused;
   const IntervalText figures = figures_of(criterion);
-  if (limit.empty()) {
-    limit = with_unit(figures.limit, unit) + plus_minus(criterion, unit);
-  }
+  if (limit.empty()) limit = with_unit(figures.limit, unit) + plus_minus(criterion, unit);
   const std::string is = "the " + criterion.name + " is ", lower = with_unit(figures.lower, unit),
                     upper = with_unit(figures.upper, unit);
   if (criterion.verdict == Verdict::pass) return is + "at most " + upper + ", within the limit of " + limit;

@@ -23,7 +23,7 @@ nlohmann::ordered_json expectations_json(const std::vector<Criterion>& expectati
 // Returns what is expected with what the `meshes` of a result document say of it. `unit`: of the result's lengths, or
 // empty. With of_topology(), a mesh without `topology` was not examined in time.
 std::vector<Criterion> examined(const Expectations& expect, const nlohmann::ordered_json& meshes,
-                                  const std::string& unit);
+                                const std::string& unit);
 
 // Returns what the options expect of mesh a, and what was found. Empty: nothing is expected.
 std::vector<Criterion> expectations_of(const Comparison& comparison);

@@ -36,7 +36,7 @@ struct ResultDirection {
 
 struct ResultFacts {
   std::optional<DistanceLimit> limit;  // shown_limit() of the criteria
-  double lower = 0;  // the certified interval; `upper` is infinite when there is no upper bound yet
+  double lower = 0;                    // the certified interval; `upper` is infinite when there is no upper bound yet
   double upper = std::numeric_limits<double>::infinity();
   std::optional<ResultWitness> witness;      // for the direction that attains `lower`
   std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
