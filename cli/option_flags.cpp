@@ -195,9 +195,8 @@ Result<Done> set_units(const OptionFlags& flags, json& document) {
   if (!flags.has("--unit") || !(flags.has("--unit-a") || flags.has("--unit-b"))) return Done{};
   const std::string both = flags.text("--unit");
   if (!api::parse_unit(api::trimmed(both)))
-    return refused(
-        "--unit must be a unit of length (" + api::unit_names() + "), not " + api::shown_text(both), "",
-        "--unit");
+    return refused("--unit must be a unit of length (" + api::unit_names() + "), not " + api::shown_text(both), "",
+                   "--unit");
   json units{{"candidate", both}, {"baseline", both}};
   if (flags.has("--unit-a")) units["candidate"] = flags.text("--unit-a");
   if (flags.has("--unit-b")) units["baseline"] = flags.text("--unit-b");
