@@ -3,7 +3,7 @@ import type { Comparison, Side } from "../api/types.js";
 import { find, h } from "../dom.js";
 import { asSentence, type Defect } from "../text/problems.js";
 import { exampleFiles } from "./example.js";
-import { buildOptions, furtherOf, hasPlace, noValues, valuesOf, type Field, type FormValues, type Json, type Mistake } from "./options.js";
+import { buildOptions, fieldOf, furtherOf, noValues, valuesOf, type Field, type FormValues, type Json, type Mistake } from "./options.js";
 import { hasScene, pairUp } from "./pairing.js";
 import { Slot, type Chosen } from "./slot.js";
 
@@ -181,16 +181,6 @@ export class Form {
 // A field needs no place: "/gate/max_distance must be a number" is "Must be a number." there.
 function inField(field: Field, message: string): string {
   return asSentence(field === "further" ? message : message.replace(/^\/\S+ /, ""));
-}
-
-// "/gate/max_distance" belongs to the field `limit`, unless it is among the further options, as all that no field has.
-function fieldOf(where: string, further: Parameters<typeof hasPlace>[0]): Field {
-  const fields: [RegExp, Field][] = [
-    [/^\/gate(\/max_distance)?$/, "limit"], [/^\/gate\/units$/, "units"], [/^\/gate\/zone\/0$/, "inside"], [/^\/gate\/zone/, "outside"],
-    [/^\/units\/a$/, "unitA"], [/^\/units\/b$/, "unitB"], [/^\/tolerance/, "tolerance"], [/^\/timeout$/, "timeout"], [/^\/threads$/, "threads"], [/^\/points$/, "points"], [/^\/align$/, "align"], [/^\/direction$/, "direction"],
-  ];
-  const found = hasPlace(further, where) ? undefined : fields.find(([place]) => place.test(where));
-  return found?.[1] ?? "further";
 }
 
 /**

@@ -105,6 +105,16 @@ export function hasPlace(options: Json, pointer: string): boolean {
   return true;
 }
 
+/** "/gate/max_distance" belongs to the field `limit`, unless it is among the further options, as all that no field has. */
+export function fieldOf(where: string, further: Json): Field {
+  const fields: [RegExp, Field][] = [
+    [/^\/gate(\/max_distance)?$/, "limit"], [/^\/gate\/units$/, "units"], [/^\/gate\/zone\/0$/, "inside"], [/^\/gate\/zone/, "outside"],
+    [/^\/units\/a$/, "unitA"], [/^\/units\/b$/, "unitB"], [/^\/tolerance/, "tolerance"], [/^\/timeout$/, "timeout"], [/^\/threads$/, "threads"], [/^\/points$/, "points"], [/^\/align$/, "align"], [/^\/direction$/, "direction"],
+  ];
+  const found = hasPlace(further, where) ? undefined : fields.find(([place]) => place.test(where));
+  return found?.[1] ?? "further";
+}
+
 // Merges the members of objects in both; blames any other member of both.
 function merged(fields: Json, further: Json, blame: Blame, place = ""): Json {
   const shared = Object.keys(further).filter((key) => Object.hasOwn(fields, key));
