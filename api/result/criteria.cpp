@@ -40,10 +40,11 @@ std::string name_of_distance(const Criterion& criterion) {
   return criterion.is_of_region() ? "distance in " + criterion.region : "distance outside of all regions";
 }
 
-Criterion of_distance(double limit, double uncertainty, double lower, double upper, std::string_view status) {
+Criterion of_limit(double limit, const ComparisonOptions& options, double lower, double upper,
+                   std::string_view status) {
   Criterion criterion;
   criterion.limit = limit;
-  criterion.uncertainty = uncertainty;
+  criterion.uncertainty = options.uncertainty;
   criterion.lower = lower;
   criterion.upper = upper;
   criterion.status = status;
@@ -51,35 +52,35 @@ Criterion of_distance(double limit, double uncertainty, double lower, double upp
 }
 
 Criterion of_whole(const Outcome& outcome, const ComparisonOptions& options) {
-  Criterion criterion = of_distance(*options.max_distance, options.uncertainty, outcome.lower, outcome.upper,
-                                    name_of(kStops, outcome.stop));
+  Criterion criterion =
+      of_limit(*options.max_distance, options, outcome.lower, outcome.upper, name_of(kStops, outcome.stop));
   criterion.at =
       place_of(outcome.a_to_b ? &outcome.a_to_b->bounds : nullptr, outcome.b_to_a ? &outcome.b_to_a->bounds : nullptr);
   return judged(std::move(criterion));
 }
 
 Criterion of_region(const RegionOutcome& found, const ComparisonOptions& options, std::size_t i) {
-  Criterion criterion = of_distance(*limit_of_region(options, i), options.uncertainty, found.lower, found.upper,
-                                    name_of(kStops, found.stop));
+  Criterion criterion =
+      of_limit(*limit_of_region(options, i), options, found.lower, found.upper, name_of(kStops, found.stop));
   criterion.region = i < options.regions.size() ? options.regions[i].name : std::string(kRest);
   criterion.at = place_of(found.a_to_b ? &*found.a_to_b : nullptr, found.b_to_a ? &*found.b_to_a : nullptr);
   return judged(std::move(criterion));
 }
 
-// `found`: null where nothing is known of that side.
-Criterion of_side(const char* side, double limit, const SideBounds* found, const Outcome& outcome,
+Criterion of_side(const char* side, double limit, SideBounds SideOutcome::* bounds, const Outcome& outcome,
                   const ComparisonOptions& options, const std::optional<LengthUnit>& unit) {
-  Criterion criterion = of_distance(limit, options.uncertainty, 0, std::numeric_limits<double>::infinity(), "");
+  Criterion criterion = of_limit(limit, options, 0, std::numeric_limits<double>::infinity(), "");
   criterion.side = side;
-  if (outcome.sides) {
-    criterion.status = name_of(kAreaStops, outcome.sides->stop);
-    if (const auto& refused = outcome.sides->refused) criterion.refused = in_words(*refused, unit);
+  if (!outcome.sides) return judged(std::move(criterion));
+  criterion.status = name_of(kAreaStops, outcome.sides->stop);
+  if (const auto& refused = outcome.sides->refused) {
+    criterion.refused = in_words(*refused, unit);
+    return judged(std::move(criterion));
   }
-  if (found) {
-    criterion.lower = found->lower;
-    criterion.upper = found->upper;
-    if (found->at) criterion.at = Criterion::Place{true, *found->at, found->triangle, std::nullopt, 0};
-  }
+  const SideBounds& found = (*outcome.sides).*bounds;
+  criterion.lower = found.lower;
+  criterion.upper = found.upper;
+  if (found.at) criterion.at = Criterion::Place{true, *found.at, found.triangle, std::nullopt, 0};
   return judged(std::move(criterion));
 }
 
@@ -96,7 +97,7 @@ std::string_view area_status(const AreaOutcome& areas) {
 Criterion of_share(const Outcome& outcome, const ComparisonOptions& options) {
   const AreaOutcome areas = outcome.areas.value_or(AreaOutcome{});
   const auto& [beyond, most] = *options.max_share_beyond;
-  Criterion share = of_distance(most, options.uncertainty, 0, 0, area_status(areas));
+  Criterion share = of_limit(most, options, 0, 0, area_status(areas));
   share.of = Criterion::Of::share;
   share.beyond = beyond;
   const std::size_t asked = options.uncertainty > 0 ? 2 : 1;
@@ -204,12 +205,9 @@ std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptio
   if (options.max_distance)
     criteria.push_back(has_regions ? of_region(outcome.regions.back(), options, outcome.regions.size() - 1)
                                    : of_whole(outcome, options));
-  if (options.zone) {
-    const bool known = outcome.sides && !outcome.sides->refused;
-    criteria.push_back(
-        of_side("inside", options.zone->inside, known ? &outcome.sides->inside : nullptr, outcome, options, unit));
-    criteria.push_back(
-        of_side("outside", options.zone->outside, known ? &outcome.sides->outside : nullptr, outcome, options, unit));
+  if (const auto& zone = options.zone) {
+    criteria.push_back(of_side("inside", zone->inside, &SideOutcome::inside, outcome, options, unit));
+    criteria.push_back(of_side("outside", zone->outside, &SideOutcome::outside, outcome, options, unit));
   }
   if (options.max_distance)
     for (std::size_t i = 0; i + 1 < outcome.regions.size(); ++i)
