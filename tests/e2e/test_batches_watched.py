@@ -3,6 +3,7 @@
 import socket
 import sqlite3
 import tempfile
+import time
 import unittest
 
 from contract import events_of
@@ -39,6 +40,27 @@ class Watched(unittest.TestCase):
         self.assertEqual(told[-1][1]["state"], "cancelled")
         self.assertEqual([name for name, _ in told[:-1]], ["progress"] * (len(told) - 1))
         self.assertGreater(len(told), 1)
+
+    def test_waited_for(self):
+        """The answer comes when another comparison has ended, and lists what runs with its interval."""
+        server = self.start()
+        flat = put(server, SQUARE)
+        manifest = slow_pairs(server, 1)
+        manifest["comparisons"].append({"a": flat, "b": flat})
+        path = accepted(submit(server, manifest))
+        answer = server.get(path, extra="Prefer: wait=60\r\n")
+        self.assertEqual(answer.headers["preference-applied"], "wait=60")
+        self.assertEqual(answer.json()["counts"]["done"], 1)  # the small one begins first
+        until(lambda: any(one["progress"] for one in server.get(path).json()["running"]))
+        running, = server.get(path).json()["running"]
+        self.assertEqual((running["position"], running["state"]), (0, "running"))
+        begun = time.monotonic()
+        self.assertEqual(server.get(path, extra="Prefer: wait=1\r\n").json()["counts"]["running"], 1)
+        self.assertGreaterEqual(time.monotonic() - begun, 0.9)
+        server.send("POST", path + "/cancel")
+        answer = server.get(path, extra="Prefer: wait=60\r\n")
+        self.assertEqual((answer.json()["state"], answer.json()["running"]), ("cancelled", []))
+        self.assertNotIn("preference-applied", server.get(path, extra="Prefer: wait=60\r\n").headers)  # it has ended
 
     def test_deleted_while_its_results_are_read(self):
         server = self.start("--max-batch-pairs", "4000")
