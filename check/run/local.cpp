@@ -82,7 +82,7 @@ class Local final : public Measurer {
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
     const auto comparison = api::compare(*candidate, *baseline, options, control, times);
     if (!comparison) return with_files(comparison.error(), gate);
-    return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), gate);
+    return measured_from(api::document_of(*comparison), gate);
   }
 
   const std::shared_ptr<Meshes> meshes_;
