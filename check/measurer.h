@@ -13,11 +13,13 @@
 
 namespace meshgauge::check {
 
-// One of several gates that are measured together. Cancelling one control cancels all of them.
+// A gate to measure. `control` carries cancellation (Ctrl-C) and the watcher of the progress bar; the measurer sets its
+// deadline to the gate's timeout. Of several gates that are measured together, cancelling one control cancels all.
 struct Task {
   const Gate* gate = nullptr;
   Control* control = nullptr;
-  // Called once, from any thread. `run_ms`: running time without waiting; nullopt: not known.
+  // Called once, from any thread. Running out of time or budget gives a Measured with a valid interval; an Error is
+  // about a file, the request or the service. `run_ms`: running time without waiting; nullopt: not known.
   std::function<void(Result<Measured>, std::optional<double> run_ms)> ended;
 };
 
@@ -25,21 +27,14 @@ class Measurer {
  public:
   virtual ~Measurer() = default;
 
-  // Measures one gate. `control` carries cancellation (Ctrl-C) and the watcher of the progress bar; the measurer sets
-  // its deadline to the gate's timeout. Running out of time or budget gives a Measured with a valid interval. An
-  // Error is about a file, the request or the service. Thread safe, with a control for each call.
-  virtual Result<Measured> measure(const Gate& gate, Control& control) = 0;
-
-  // Number of gates worth measuring at the same time.
+  // Number of calls of measure() that are worth making at the same time.
   virtual unsigned at_once() const = 0;
 
-  // Maximum number of gates for measure_together(); 1: each gate is measured by itself.
+  // Maximum number of tasks of one call.
   virtual std::size_t together() const { return 1; }
 
-  // Calls measure() for each task and task.ended with its result; returns when all have ended. Thread safe.
-  virtual void measure_together(std::span<const Task> tasks) {
-    for (const Task& task : tasks) task.ended(measure(*task.gate, *task.control), std::nullopt);
-  }
+  // Measures the tasks; returns when all have ended. Thread safe, with controls for each call.
+  virtual void measure(std::span<const Task> tasks) = 0;
 };
 
 }  // namespace meshgauge::check

@@ -20,12 +20,10 @@
 #include "api/base/digest.h"
 #include "api/base/refused.h"
 #include "api/base/whole_file.h"
-#include "check/remote/adaptive_limit.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"
 #include "check/remote/batch.h"
 #include "check/remote/client.h"
-#include "check/remote/comparison.h"
 #include "check/remote/pair.h"
 #include "check/remote/sender.h"
 #include "check/text.h"
@@ -33,12 +31,15 @@
 namespace meshgauge::check::service {
 namespace {
 
+constexpr std::size_t kMostOfBatch = 1000;
+constexpr int kAttempts = 3;  // batches in a row that bring no result
+
 // State that all gates of a run share. Thread safe.
 struct Shared {
   Shared(const RemoteOptions& options, const std::string& base, std::string its_run)
       : client(options, base),
         sender(client),
-        limit(options.at_once),
+        at_once(std::max(1U, options.at_once)),
         batch_begun(options.batch_begun),
         run(std::move(its_run)) {}
 
@@ -47,29 +48,19 @@ struct Shared {
 
   Client client;
   Sender sender;
-  AdaptiveLimit limit;
+  const unsigned at_once;
   const std::function<void(const std::string& link)> batch_begun;
   const std::string run;
   std::atomic<unsigned> keys{0};
-  std::atomic<std::size_t> most_of_batch{1000};  // gates per batch; 1: the service has no batches
   std::mutex sending;  // held by the group of gates whose meshes are being uploaded; the next group uploads meanwhile
 };
 
-// Makes the gate's result of the service's document.
-Result<Measured> measured_of(const Shared& shared, const Pair& pair, Result<nlohmann::ordered_json> document) {
-  if (!document) return document.error();
-  // Removed, since the document must not depend on whether a service measured.
-  const std::string view = take_view(*document);
-  auto measured = measured_from(std::move(*document), pair.gate());
-  if (measured && !view.empty()) measured->link = link_to(shared.client.base(), view);
-  return measured;
-}
-
-// Measures many gates by a service: as batches, and one by one where batches fail.
+// Measures gates by a service, as batches.
 //
 //   store all meshes, several at once -> Batch -> each result as it comes
 //
-// A refused batch is cut in halves, a lost one is submitted again, and a gate without a result is measured by itself.
+// A refused batch is cut in halves, down to the gate that is refused. Gates whose batch or results get lost are
+// submitted again.
 //
 // Borrows all arguments.
 class Together {
@@ -113,62 +104,41 @@ class Together {
     return left_of(places);
   }
 
+  // Precondition: the meshes of these gates are stored.
   void ask(Places places) {
-    bool sent_again = false;
-    for (int attempt = 1;; ++attempt) {
-      if (places.size() < 2 || shared_.most_of_batch == 1) return ask_alone(places);
-      const auto outcome = ask_once(places);
-      places = left_of(places);
-      switch (outcome.fate) {
-        case Batch::Fate::ended:
-          return ask_alone(places);
-        case Batch::Fate::absent:
-          shared_.most_of_batch = 1;
-          return ask_alone(places);
-        case Batch::Fate::refused:
-          return halve(places);
-        case Batch::Fate::failed:
-          for (const std::size_t place : places) tell(place, *outcome.error);
-          return;
-        case Batch::Fate::cancelled:
-          for (const std::size_t place : places) tell(place, cancelled());
-          return;
-        case Batch::Fate::unknown_mesh:
-          if (std::exchange(sent_again, true)) return ask_alone(places);
-          break;
-        case Batch::Fate::lost:
-          if (attempt >= kAttempts) return ask_alone(places);
-          break;
+    using Fate = Batch::Fate;
+    for (int attempt = 1; !places.empty(); ++attempt) {
+      const auto [fate, error] = ask_once(places);
+      const Places left = left_of(places);
+      if (left.empty()) return;
+      if (left.size() < places.size()) attempt = 0;
+      const bool lost = fate == Fate::ended || fate == Fate::unknown_mesh;
+      if (!lost || attempt == kAttempts) {
+        if (left.size() > 1 && (fate == Fate::refused || fate == Fate::unknown_mesh)) return halve(left);
+        for (const std::size_t place : left) tell(place, error);
+        return;
       }
       shared_.sender.doubt();
-      places = sent(places);
+      places = sent(left);
     }
   }
 
   Batch::Outcome ask_once(const Places& places) {
-    std::vector<const Pair*> pairs;
+    std::vector<Pair*> pairs;
     for (const std::size_t place : places) {
-      tasks_[place].control->report({0, Progress{}.upper, "queue"});
       pairs.push_back(&pairs_[place]);
+      pairs.back()->report({0, Progress{}.upper, "queue"});
     }
     Control& control = *tasks_[places.front()].control;
     OneBatch listener(*this, places);
     return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, listener).measure();
   }
 
-  // Submits the halves of a refused batch, down to the single gate that is refused.
+  // Submits the halves of a refused batch.
   void halve(const Places& places) {
     const auto middle = places.begin() + static_cast<std::ptrdiff_t>(places.size() / 2);
     ask({places.begin(), middle});
     ask({middle, places.end()});
-  }
-
-  void ask_alone(const Places& places) {
-    each(places, [&](std::size_t place) {
-      Control& control = *tasks_[place].control;
-      Comparison comparison(shared_.client, shared_.limit, pairs_[place], shared_.next_key(), control);
-      tell(place, measured_of(shared_, pairs_[place], comparison.measure()));
-    });
   }
 
   Places left_of(const Places& places) const {
@@ -178,7 +148,7 @@ class Together {
     return left;
   }
 
-  // Runs `work` for all gates, on as many threads as the service may be asked by.
+  // Runs `work` for all gates, on as many threads as may send at the same time.
   void each(const Places& places, const std::function<void(std::size_t place)>& work) {
     std::atomic<std::size_t> next{0};
     const auto some = [&] {
@@ -193,20 +163,25 @@ class Together {
     };
     std::vector<std::jthread> threads;
     try {
-      while (threads.size() + 1 < std::min<std::size_t>(shared_.limit.most(), places.size()))
-        threads.emplace_back(some);
+      while (threads.size() + 1 < std::min<std::size_t>(shared_.at_once, places.size())) threads.emplace_back(some);
     } catch (const std::system_error&) {  // continue with fewer threads
     }
     some();
   }
 
   void tell(std::size_t place, End end) {
-    if (end.document) {
-      const auto took = run_ms(*end.document);
-      return tell(place, measured_of(shared_, pairs_[place], std::move(*end.document)), took);
+    const Task& task = tasks_[place];
+    const std::string& base = shared_.client.base();
+    if (!end.document) {
+      const bool stopped = task.control->check() == Interruption::cancelled;
+      return tell(place, stopped ? cancelled() : error_of(*end.problem, *task.gate, base));
     }
-    if (tasks_[place].control->check() == Interruption::cancelled) return tell(place, cancelled());
-    tell(place, error_of(*end.problem, *tasks_[place].gate, shared_.client.base()));
+    const auto took = tasks_.size() > 1 ? run_ms(*end.document) : std::nullopt;  // waiting counts for a gate alone
+    // Removed, since the document must not depend on whether a service measured.
+    const std::string view = take_view(*end.document);
+    auto measured = measured_from(*std::move(end.document), *task.gate);
+    if (measured && !view.empty()) measured->link = link_to(base, view);
+    tell(place, std::move(measured), took);
   }
 
   void tell(std::size_t place, Result<Measured> result, std::optional<double> run_ms = {}) {
@@ -232,15 +207,9 @@ class Remote final : public Measurer {
  public:
   Remote(const RemoteOptions& options, const std::string& base) : shared_(options, base, api::random_id()) {}
 
-  Result<Measured> measure(const Gate& gate, Control& control) override {
-    service::Pair pair(shared_.sender, gate, control);
-    auto document = service::Comparison(shared_.client, shared_.limit, pair, shared_.next_key(), control).measure();
-    return service::measured_of(shared_, pair, std::move(document));
-  }
-
-  unsigned at_once() const override { return shared_.limit.most(); }
-  std::size_t together() const override { return shared_.most_of_batch; }
-  void measure_together(std::span<const Task> tasks) override { service::Together(shared_, tasks).measure(); }
+  unsigned at_once() const override { return shared_.at_once; }
+  std::size_t together() const override { return service::kMostOfBatch; }
+  void measure(std::span<const Task> tasks) override { service::Together(shared_, tasks).measure(); }
 
  private:
   service::Shared shared_;

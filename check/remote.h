@@ -1,8 +1,7 @@
-// Measures gates by a meshgauge service: uploads each file once, requests comparisons, many as a batch, and follows
-// them to their end (openapi.yaml).
+// Measures gates by a meshgauge service: uploads each file once, requests a batch of comparisons, and follows it to its
+// end (openapi.yaml).
 //
-//   measure -> hash each file once -> HEAD, PUT missing meshes -> POST the pair, or all pairs -> GET until the end
-//   -> Measured
+//   measure -> hash each file once -> HEAD, PUT missing meshes -> POST all pairs -> GET until the end -> Measured
 #pragma once
 
 #include <chrono>
@@ -21,7 +20,7 @@ struct RemoteOptions {
   std::string key;                // bearer key; empty: none. Never part of a message
   bool key_in_clear = false;      // permits sending the key over http, where it can be read in transit
   std::filesystem::path ca_file;  // PEM file of the only certificates to trust; empty: those of this machine
-  unsigned at_once = 4;           // gates at the same time; fewer while the service refuses more
+  unsigned at_once = 4;           // files sent at the same time, and batches
   // Called with the link of each batch that the service accepts, in the form of Measured::link. From any thread; may
   // be empty; not called for a service without pages.
   std::function<void(const std::string& link)> batch_begun;
@@ -38,8 +37,8 @@ struct RemoteOptions {
 // unusable, or if the key would travel over http to another machine. Uses the proxies of the environment (http_proxy,
 // https_proxy, no_proxy), except for a key that goes to this machine over http. Certificates are always checked.
 //
-// A cancelled measure() ends within about `cancel_time`, with the service's interval so far. The gate's timeout limits
-// the comparison, not the uploads; a late answer is awaited for `retry_time`.
+// A cancelled measure() ends within about `cancel_time`, with the service's intervals so far. A gate's timeout limits
+// its comparison, not the uploads; a late answer is awaited for `retry_time`.
 Result<std::unique_ptr<Measurer>> remote(const RemoteOptions& options);
 
 // Returns the key in `file`, without surrounding white space. Without a file: the variable MESHGAUGE_KEY, or an empty

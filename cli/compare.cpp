@@ -68,7 +68,7 @@ void show_progress(Control& control) {
 // Writes A coloured by its distance from B. Has the time of the measurement once more, whose deadline may have passed.
 Result<Done> write_map(const Flags& flags, const api::SharedMeshes& meshes, const api::Comparison& comparison,
                        std::chrono::milliseconds time) {
-  const auto facts = api::result_facts(nlohmann::ordered_json::parse(api::to_json(comparison)), api::Side::a);
+  const auto facts = api::result_facts(api::document_of(comparison), api::Side::a);
   if (!facts) return facts.error();
   Control control(Control::Clock::now() + time);
   const Interrupts interrupts(&control);

@@ -88,7 +88,7 @@ struct AtVertices {
 
 Result<Done> measure_vertices(const api::SharedMeshes& meshes, const api::Comparison& comparison, Control& control,
                               AtVertices& found) {
-  const auto facts = api::result_facts(nlohmann::ordered_json::parse(api::to_json(comparison)), api::Side::a);
+  const auto facts = api::result_facts(api::document_of(comparison), api::Side::a);
   if (!facts) return facts.error();
   const auto pair = api::in_unit_of_result(meshes.a, meshes.b, facts->units, facts->motion, control);
   if (!pair) return pair.error();

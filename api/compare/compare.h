@@ -3,7 +3,7 @@
 //
 //   load x2 (api/compare/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/options/unit_plan.h) -> align,
 //   move (api/compare/align.h) -> measure -> Comparison
-//   (-> written, api/result/response.h)
+//   (-> document_of, api/result/response.h)
 #pragma once
 
 #include <memory>

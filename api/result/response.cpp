@@ -23,9 +23,9 @@ Json json_of(const Tolerance& tolerance, const Outcome& outcome) {
   const double width = outcome.upper - outcome.lower;
   return {{"asked", api::json_of(tolerance)},
           {"reached",
-           {{"absolute", width},
-            {"diagonal", ratio(width, outcome.diagonal_a)},
-            {"relative", ratio(width, outcome.lower)}}},
+           {{"absolute", number_or_null(width)},
+            {"diagonal", number_or_null(ratio(width, outcome.diagonal_a))},
+            {"relative", number_or_null(ratio(width, outcome.lower))}}},
           {"met_by", outcome.met_by ? Json(name_of(kRules, *outcome.met_by)) : Json(nullptr)}};
 }
 
@@ -131,20 +131,16 @@ std::string to_server_timing(const std::vector<Stage>& stages) {
   return header;
 }
 
-WrittenResult written(const Comparison& comparison) {
+Json document_of(const Comparison& comparison) {
   const ComparisonOptions& options = comparison.options;
   const Outcome& outcome = comparison.outcome;
   const auto& unit = comparison.units.result;
   const auto expectations = expectations_of(comparison);
   const auto criteria = criteria_of(comparison, expectations);
   const auto verdict = worst(criteria);
-  WrittenResult result;
-  if (verdict) result.verdict = to_string(*verdict);
-  result.stages = stages(comparison);
-  result.timing = to_server_timing(result.stages);
   Json json{{"id", comparison.id},
             {"status", name_of(kStops, outcome.stop)},
-            {"verdict", text_or_null(result.verdict)},
+            {"verdict", verdict ? Json(to_string(*verdict)) : Json(nullptr)},
             {"gate", gate_of(options)},
             {"unit", json_of(unit)},
             {"notes", notes_of(comparison)},
@@ -154,7 +150,7 @@ WrittenResult written(const Comparison& comparison) {
             {"b_to_a", json_of(outcome.b_to_a)},
             {"tolerance", json_of(options.tolerance, outcome)},
             {"precision_floor", outcome.precision_floor},
-            {"timings_ms", timings(result.stages)},
+            {"timings_ms", timings(stages(comparison))},
             {"meshes", meshes_of(comparison)},
             {"engine", engine(options, outcome)},
             {"statistics", json_of(outcome.statistics)}};
@@ -167,10 +163,11 @@ WrittenResult written(const Comparison& comparison) {
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   if (outcome.sides) json["sides"] = json_of(*outcome.sides, unit.unit);
   add_limits(criteria, unit.unit, json);
-  result.document = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  return result;
+  return json;
 }
 
-std::string to_json(const Comparison& comparison) { return written(comparison).document; }
+std::string to_json(const Comparison& comparison) {
+  return document_of(comparison).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 }  // namespace meshgauge::api

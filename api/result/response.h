@@ -2,8 +2,9 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "api/compare/compare.h"
 
@@ -23,17 +24,11 @@ std::vector<Stage> stages(const Comparison& comparison);
 // Returns the stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".
 std::string to_server_timing(const std::vector<Stage>& stages);
 
-// What is stored and sent of a result.
-struct WrittenResult {
-  std::string document;      // compact JSON, keys in a fixed order. Numbers round-trip; NaN and infinity are null
-  std::string_view verdict;  // the worst of the criteria: "pass", "fail", "undecided"; empty: there is no criterion
-  std::vector<Stage> stages;
-  std::string timing;  // to_server_timing()
-};
+// Returns the result document (openapi.yaml, "Comparison"), with keys in a fixed order. It equals what is parsed of its
+// text: NaN and infinity are null.
+nlohmann::ordered_json document_of(const Comparison& comparison);
 
-WrittenResult written(const Comparison& comparison);
-
-// Returns the document alone.
+// Returns the document as compact text. Numbers round-trip.
 std::string to_json(const Comparison& comparison);
 
 }  // namespace meshgauge::api

@@ -39,18 +39,19 @@ double number_or(const Json& json, const char* member, double other) {
 }
 
 // Returns a static string, since Progress::stage is not copied.
-const char* stage_of(const std::string& state, const std::string& stage) {
+const char* stage_of(const std::string& stage) {
   for (const char* known : {"build", "traverse", "reduce", "certify"}) {
     if (stage == known) return known;
   }
-  return state == "queued" ? "queue" : "read";
+  return "read";
 }
 
-Progress progress_from(const Json& job, const std::string& state) {
-  const auto found = job.find("progress");
-  const Json progress = found != job.end() && found->is_object() ? *found : Json::object();
+// Of a comparison that runs.
+Progress progress_from(const Json& comparison) {
+  const auto found = comparison.find("progress");
+  const Json progress = found != comparison.end() && found->is_object() ? *found : Json::object();
   return {number_or(progress, "lower", 0), number_or(progress, "upper", Progress{}.upper),
-          stage_of(state, text(progress, "stage"))};
+          stage_of(text(progress, "stage"))};
 }
 
 bool has_units_of(const Json& comparison, const api::AskedUnits& asked) {
@@ -80,16 +81,16 @@ bool read_count(const Json& json, const char* member, std::size_t& count) {
   return true;
 }
 
-// `id`: name of the member with the id.
-std::optional<Job> job_of(Json& json, const char* id) {
-  Job job{text(json, id), text(json, "state"), {}, {}, {}};
-  constexpr std::array kStates{"queued", "running", "done", "failed", "cancelled"};
-  if (!is_id(job.id) || std::find(kStates.begin(), kStates.end(), job.state) == kStates.end()) return std::nullopt;
-  job.progress = progress_from(json, job.state);
-  const auto result = json.find("result"), problem = json.find("problem");
-  if (result != json.end() && is_comparison(*result)) job.result = std::move(*result);
-  if (problem != json.end()) job.problem = problem_from(*problem);
-  return job;
+std::vector<std::pair<std::size_t, Progress>> running_from(const Json& batch, std::size_t total) {
+  std::vector<std::pair<std::size_t, Progress>> running;
+  const auto found = batch.find("running");
+  if (found == batch.end() || !found->is_array()) return running;
+  for (const Json& comparison : *found) {
+    std::size_t position = 0;
+    if (comparison.is_object() && read_count(comparison, "position", position) && position < total)
+      running.emplace_back(position, progress_from(comparison));
+  }
+  return running;
 }
 
 std::string hint(int status, bool has_key) {
@@ -105,11 +106,6 @@ std::optional<Json> document_from(std::string_view body) {
   api::JsonFilter filter;
   if (!nlohmann::json::sax_parse(body, &filter)) return std::nullopt;
   return Json::parse(body);
-}
-
-std::optional<Json> comparison_from(std::string_view body) {
-  auto json = document_from(body);
-  return json && is_comparison(*json) ? json : std::nullopt;
 }
 
 // Only the expected path is accepted: a report must not link wherever a service says.
@@ -183,16 +179,11 @@ std::optional<Problem> problem_from(std::string_view body) {
   return json ? problem_from(*json) : std::nullopt;
 }
 
-std::optional<Job> job_from(std::string_view body) {
-  auto json = document_from(body);
-  return json && json->is_object() ? job_of(*json, "id") : std::nullopt;
-}
-
 std::optional<BatchState> batch_from(std::string_view body) {
   const auto json = document_from(body);
   if (!json || !json->is_object()) return std::nullopt;
   const std::string state = text(*json, "state");
-  BatchState batch{text(*json, "id"), text(*json, "view"), state != "running", 0, 0};
+  BatchState batch{text(*json, "id"), text(*json, "view"), state != "running", 0, 0, {}};
   if (!is_id(batch.id) || (batch.finished && state != "done" && state != "cancelled")) return std::nullopt;
   const auto counts = json->find("counts");
   if (counts == json->end() || !counts->is_object() || !read_count(*counts, "total", batch.total)) return std::nullopt;
@@ -200,6 +191,7 @@ std::optional<BatchState> batch_from(std::string_view body) {
   if (!read_count(*counts, "queued", queued) || !read_count(*counts, "running", running)) return std::nullopt;
   if (queued > batch.total || running > batch.total - queued) return std::nullopt;
   batch.ended = batch.total - queued - running;
+  batch.running = running_from(*json, batch.total);
   if (batch.view != "/b/" + batch.id) batch.view.clear();  // as in take_view()
   return batch;
 }
@@ -208,9 +200,16 @@ std::optional<BatchLine> batch_line_from(std::string_view line) {
   auto json = document_from(line);
   BatchLine result;
   if (!json || !json->is_object() || !read_count(*json, "position", result.position)) return std::nullopt;
-  if (text(*json, "state") == "gone") return result;
-  result.job = job_of(*json, "comparison");
-  return result.job && result.job->ended() ? std::optional(std::move(result)) : std::nullopt;
+  const std::string state = text(*json, "state");
+  if (state == "gone") return result;
+  constexpr std::array kStates{"done", "failed", "cancelled"};
+  if (!is_id(text(*json, "comparison")) || std::find(kStates.begin(), kStates.end(), state) == kStates.end())
+    return std::nullopt;
+  End& end = result.end.emplace();
+  const auto document = json->find("result"), problem = json->find("problem");
+  if (document != json->end() && is_comparison(*document)) end.document = std::move(*document);
+  if (problem != json->end()) end.problem = problem_from(*problem);
+  return result;
 }
 
 std::optional<double> run_ms(const Json& comparison) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -28,15 +29,10 @@ struct Problem {
 std::optional<Problem> problem_from(const nlohmann::ordered_json& json);
 std::optional<Problem> problem_from(std::string_view body);
 
-// The state of a comparison (openapi.yaml, "Job").
-struct Job {
-  std::string id;
-  std::string state;  // "queued", "running", "done", "failed", "cancelled"
-  Progress progress;
-  std::optional<nlohmann::ordered_json> result;
+// How a comparison ended: a document, or why there is none.
+struct End {
+  std::optional<nlohmann::ordered_json> document;
   std::optional<Problem> problem;
-
-  bool ended() const { return state != "queued" && state != "running"; }
 };
 
 // The state of a batch (openapi.yaml, "Batch").
@@ -46,18 +42,18 @@ struct BatchState {
   bool finished = false;
   std::size_t total = 0;  // comparisons
   std::size_t ended = 0;  // comparisons that have ended; at most `total`
+  // Comparisons that run, by their positions, which are below `total`, with their intervals so far.
+  std::vector<std::pair<std::size_t, Progress>> running;
 };
 
 // One line of a batch's results (openapi.yaml, "BatchResult").
 struct BatchLine {
   std::size_t position = 0;  // index of the comparison in the batch
-  std::optional<Job> job;    // a job that has ended; nullopt: the service no longer has its result
+  std::optional<End> end;    // nullopt: the service no longer has its result
 };
 
 // nullopt: not JSON, nested too deeply, or without the required members.
 std::optional<nlohmann::ordered_json> document_from(std::string_view body);
-std::optional<nlohmann::ordered_json> comparison_from(std::string_view body);
-std::optional<Job> job_from(std::string_view body);
 std::optional<BatchState> batch_from(std::string_view body);
 std::optional<BatchLine> batch_line_from(std::string_view line);
 

@@ -20,8 +20,13 @@ using std::chrono::milliseconds;
 // kReadEvery.
 constexpr std::size_t kShareOfRead = 8;
 constexpr std::chrono::seconds kReadEvery{5};
-constexpr milliseconds kFirstBatchPoll{50};  // many small pairs have ended by then
-constexpr milliseconds kTimeOfLine{200};     // for each result, in the time limit of the exchange that reads them
+constexpr milliseconds kTimeOfLine{200};  // for each result, in the time limit of the exchange that reads them
+// Preference of the first poll: it is answered when a comparison has ended, at the latest after a second; most small
+// pairs end within it. Later polls are answered at once, since few clients may wait at a service.
+constexpr const char* kFirstPollWaits = "wait=1";
+// Between two polls: the first; then half as much again each time, up to the last.
+constexpr milliseconds kFirstPoll{50}, kLastPoll{1000};
+constexpr milliseconds kCancelPoll{50};
 
 std::string path_of(const std::string& id) { return "/v1/batches/" + id; }
 
@@ -78,7 +83,8 @@ std::string Batch::document() const {
     if (can_be_named(pair->gate().name)) asked["name"] = pair->gate().name;
     comparisons.push_back(std::move(asked));
   }
-  return document_of({{"name", "meshgauge check"}, {"comparisons", std::move(comparisons)}});
+  const Json batch{{"name", "meshgauge check"}, {"comparisons", std::move(comparisons)}};
+  return batch.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 HttpRequest Batch::request() const {
@@ -93,11 +99,31 @@ Batch::Outcome Batch::answered(const HttpAnswer& reply) {
     if (!batch->view.empty()) listener_.begun(batch->view);
     return follow(batch->id);
   }
-  if (is_any_of(reply.status, {404, 405, 501})) return {Fate::absent, {}};
-  const auto problem = problem_from(std::string_view(reply.body));
-  if (problem && problem->slug == "unknown-mesh") return {Fate::unknown_mesh, {}};
-  if (is_any_of(reply.status, {400, 413, 422})) return {Fate::refused, {}};
-  return failed(reply);
+  if (is_any_of(reply.status, {400, 413, 422})) return refused(reply);
+  const bool older = is_any_of(reply.status, {404, 405, 501}) && problem_from(std::string_view(reply.body));
+  if (!older) return failed(reply);
+  const std::string what = "the service at " + client_.base() +
+                           " has no batches, since it is older than this program: update the service";
+  return {Fate::failed, Error{ErrorCode::internal, what, "", "--server"}};
+}
+
+// The service names a mesh by its id, and the place of an option in the whole batch.
+Batch::Outcome Batch::refused(const HttpAnswer& reply) const {
+  constexpr std::string_view kOptions = "/comparisons/0/options";
+  auto problem = problem_from(std::string_view(reply.body));
+  if (problem && problem->slug == "unknown-mesh") {
+    problem->detail = "the mesh '" + problem->part + "' is not stored, though it was sent";
+    problem->where.clear();
+    return {Fate::unknown_mesh, error_of(*problem, pairs_.front()->gate(), client_.base())};
+  }
+  Error error = failed(reply).error;
+  if (error.where.starts_with(kOptions)) error.where.erase(0, kOptions.size());
+  return {Fate::refused, std::move(error)};
+}
+
+Batch::Outcome Batch::lost() const {
+  const std::string what = "the service at " + client_.base() + " has lost the comparison";
+  return {Fate::ended, Error{ErrorCode::internal, what, "", "--server"}};
 }
 
 Batch::Outcome Batch::failed(const HttpAnswer& reply) const {
@@ -115,28 +141,29 @@ Batch::Outcome Batch::follow(const std::string& id) {
   const auto slack = longest() + client_.retry_time();
   std::size_t ended = 0;
   read_ = Clock::now();
-  milliseconds interval = kFirstBatchPoll;
-  for (auto wall = Clock::now() + slack; pause(interval, control_);) {
-    if (Clock::now() >= wall) {
-      cancel(id);
-      const std::string what = "the service at " + client_.base() + " did not end the batch in its time";
-      return {Fate::failed, Error{ErrorCode::internal, what, "", "--server"}};
-    }
-    const auto reply = client_.ask({"GET", path_of(id), {}, {}}, control_);
-    if (control_.check() == Interruption::cancelled) break;
+  milliseconds interval = kFirstPoll;
+  HttpRequest request{"GET", path_of(id), {{"Prefer", kFirstPollWaits}}};
+  for (auto wall = Clock::now() + slack; Clock::now() < wall;) {
+    const auto reply = client_.ask(request, control_);
+    if (control_.check() == Interruption::cancelled) return cancel(id);
     if (!reply) return {Fate::failed, reply.error()};
-    if (reply->status == 404) return {Fate::lost, {}};
+    if (reply->status == 404) return lost();
     const auto batch = reply->status == 200 ? ours(*reply) : std::nullopt;
     if (!batch || batch->id != id) return failed(*reply);
+    for (const auto& [place, progress] : batch->running) pairs_[place]->report(progress);
     if (batch->ended > ended) wall = Clock::now() + slack;
     ended = std::max(ended, batch->ended);
     const auto there = batch->finished || due(*batch) ? read(id) : Result<Done>(Done{});
-    if (control_.check() == Interruption::cancelled) break;
+    if (control_.check() == Interruption::cancelled) return cancel(id);
     if (!there) return {Fate::failed, there.error()};
-    if (batch->finished) return {Fate::ended, {}};
+    if (batch->finished) return lost();
+    request.headers.clear();
+    if (!pause(interval, control_)) return cancel(id);
     interval = std::min(kLastPoll, interval * 3 / 2);
   }
-  return cancel(id);
+  cancel(id);
+  const std::string what = "the service at " + client_.base() + " did not end the batch in its time";
+  return {Fate::failed, Error{ErrorCode::internal, what, "", "--server"}};
 }
 
 bool Batch::due(const BatchState& batch) const {
@@ -168,14 +195,15 @@ Result<Done> Batch::read(const std::string& id) {
   const auto reply = client_.ask(results_request(id, results), control_);
   read_ = Clock::now();
   if (!reply) return reply.error();
-  if (reply->status != 200 && reply->status != 404) return *failed(*reply).error;
+  if (reply->status != 200 && reply->status != 404) return failed(*reply).error;
   return Done{};
 }
 
-// A line that is neither a result nor a problem is skipped; its gate is measured by itself.
+// A line that is neither a result nor a problem is skipped; its gate has no result.
 void Batch::take(BatchLine line) {
-  if (reported_[line.position] || !line.job) return;
-  End end = pairs_[line.position]->end_of(std::move(*line.job));
+  if (reported_[line.position] || !line.end) return;
+  End& end = *line.end;
+  if (end.document && !pairs_[line.position]->is_ours(*end.document)) end.document.reset();
   if (!end.document && !end.problem) return;
   reported_[line.position] = true;
   ++known_;
@@ -187,30 +215,26 @@ void Batch::take(BatchLine line) {
 Batch::Outcome Batch::abandon() {
   const HttpAnswer reply = client_.once(request(), after(client_.cancel_time()));
   const auto batch = reply.status == 202 ? ours(reply) : std::nullopt;
-  return batch ? cancel(batch->id) : Outcome{Fate::cancelled, {}};
+  return batch ? cancel(batch->id) : Outcome{Fate::failed, cancelled()};
 }
 
-// Cancels the batch and reads its results, with the intervals of comparisons that had begun.
+// Cancels the batch and reads its results, with the intervals of comparisons that had begun. A quarter of the time is
+// left for the results of those that have ended, if others do not end.
 Batch::Outcome Batch::cancel(const std::string& id) {
-  const milliseconds each = client_.cancel_time() / 2;
-  end_there(id, after(each));
+  const Interrupted over = after(client_.cancel_time());
+  end_there(id, after(client_.cancel_time() * 3 / 4));
   BatchResults results(pairs_.size(), *this);
-  client_.once(results_request(id, results), after(each));
-  return {Fate::cancelled, {}};
+  client_.once(results_request(id, results), over);
+  return {Fate::failed, cancelled()};
 }
 
-// DELETE of an ended batch would remove its results, so its state is checked before and after.
 void Batch::end_there(const std::string& id, const Interrupted& over) {
-  bool deleted = false;
-  for (HttpRequest request{"GET", path_of(id), {}}; !over();) {
+  for (HttpRequest request{"POST", path_of(id) + "/cancel", {}}; !over(); std::this_thread::sleep_for(kCancelPoll)) {
     const HttpAnswer reply = client_.once(request, over);
-    const int status = reply.status;
-    if (status == 204 || status == 404 || reply.trouble == Trouble::no_contact) return;
-    const auto batch = status == 200 ? ours(reply) : std::nullopt;
+    if (reply.status == 404 || reply.trouble == Trouble::no_contact) return;
+    const auto batch = reply.status == 200 ? ours(reply) : std::nullopt;
     if (batch && batch->finished) return;
-    request.method = batch && !deleted ? "DELETE" : "GET";
-    if (deleted || !batch) std::this_thread::sleep_for(kCancelPoll);
-    deleted = deleted || request.method == "DELETE";
+    if (batch) request = {"GET", path_of(id), {}};
   }
 }
 

@@ -1,4 +1,4 @@
-// Measures several gates by one batch of a service: submits it, follows it to its end, or cancels it.
+// Measures gates by one batch of a service: submits it, follows it to its end, or cancels it.
 #pragma once
 
 #include <chrono>
@@ -48,19 +48,16 @@ class BatchResults {
 // Borrows all arguments.
 class Batch final : private BatchLineSink {
  public:
-  // How the batch ended. Pairs whose results were reported have ended in any case.
+  // Why pairs have no result that was reported.
   enum class Fate {
-    ended,         // pairs without a reported result have no result at the service
-    absent,        // the service has no batches
+    ended,         // the service has none, or no longer knows the batch
     unknown_mesh,  // the service lacks a mesh
     refused,       // the batch is too large, or one of its pairs is refused
-    lost,          // the service no longer knows the batch
-    failed,        // see `error`
-    cancelled,
+    failed,        // cancelled, or the service fails
   };
   struct Outcome {
     Fate fate = Fate::ended;
-    std::optional<Error> error;
+    Error error;  // of these pairs; with `unknown_mesh` and `refused` of a batch of one pair
   };
   // What happens to the batch. Called on the thread of measure().
   class Listener {
@@ -75,7 +72,7 @@ class Batch final : private BatchLineSink {
 
   // Preconditions: `pairs` is not empty and every pair is sent; no other batch of any run has `key`. `control` is
   // cancelled with those of all pairs.
-  Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Listener& listener)
+  Batch(Client& client, std::vector<Pair*> pairs, std::string key, Control& control, Listener& listener)
       : client_(client),
         pairs_(std::move(pairs)),
         key_(std::move(key)),
@@ -92,7 +89,9 @@ class Batch final : private BatchLineSink {
   std::string document() const;
   HttpRequest request() const;
   Outcome answered(const HttpAnswer& reply);
+  Outcome refused(const HttpAnswer& reply) const;
   Outcome failed(const HttpAnswer& reply) const;
+  Outcome lost() const;
   Outcome follow(const std::string& id);
   std::optional<BatchState> ours(const HttpAnswer& reply) const;
   bool due(const BatchState& batch) const;
@@ -105,7 +104,7 @@ class Batch final : private BatchLineSink {
   void end_there(const std::string& id, const Interrupted& over);
 
   Client& client_;
-  const std::vector<const Pair*> pairs_;
+  const std::vector<Pair*> pairs_;
   const std::string key_;
   Control& control_;
   Listener& listener_;

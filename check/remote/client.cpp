@@ -5,7 +5,6 @@
 #include <random>
 
 #include "check/remote/address.h"
-#include "check/remote/answer.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::check::service {
@@ -34,13 +33,6 @@ const RetriedStatus* row_of(int status) {
 double random_part() {
   thread_local std::mt19937_64 generator{std::random_device{}()};
   return std::uniform_real_distribution<double>(0, 1)(generator);
-}
-
-// A comparison that ended without an interval has the same status as a busy service.
-bool is_out_of_time(const HttpAnswer& answer) {
-  if (answer.status != 503) return false;
-  const auto problem = problem_from(std::string_view(answer.body));
-  return problem && problem->slug == "out-of-time";
 }
 
 net::HttpSettings http_settings(const RemoteOptions& options, const std::string& base) {
@@ -87,15 +79,13 @@ Client::Client(const RemoteOptions& options, const std::string& base)
       first_contact_(options.first_contact),
       cancel_time_(options.cancel_time) {}
 
-Result<HttpAnswer> Client::ask(const HttpRequest& request, Control& control, const std::function<void()>& refused) {
+Result<HttpAnswer> Client::ask(const HttpRequest& request, Control& control) {
   Retries retries(retry_time_, first_contact_);
   const auto interrupted = [&] { return control.check() == Interruption::cancelled; };
   for (;;) {
     if (auto known = known_trouble()) return *known;
     HttpAnswer answer = once(request, interrupted);
     if (answer.trouble == Trouble::cancelled) return cancelled();
-    if (is_out_of_time(answer)) return answer;
-    if (refused && (answer.status == 429 || answer.status == 503)) refused();
     const auto wait = retries.after(answer, reached_, Clock::now(), random_part());
     if (!wait && answer.trouble == Trouble::none) return answer;
     if (!wait) return no_reply(answer);

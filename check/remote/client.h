@@ -1,11 +1,9 @@
-// Sends requests to the service, with retries: which failures are retried, how often and after which pause. And the
-// intervals of polling.
+// Sends requests to the service, with retries: which failures are retried, how often and after which pause.
 #pragma once
 
 #include <atomic>
 #include <chrono>
 #include <cstddef>
-#include <functional>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -30,7 +28,7 @@ struct RetriedStatus {
   int tries;  // maximum number of tries; 0: until `retry_time` is over
 };
 
-// Statuses of transient failures. Every request may be repeated: meshes are named by their bytes, comparisons by an
+// Statuses of transient failures. Every request may be repeated: meshes are named by their bytes, batches by an
 // Idempotency-Key.
 std::span<const RetriedStatus> retried_statuses();
 
@@ -58,13 +56,6 @@ class Retries {
   std::optional<Clock::time_point> since_;
   int tries_ = 0;
 };
-
-// Interval of polling a comparison: the first; then half as much again each time, up to the last.
-inline constexpr std::chrono::milliseconds kFirstPoll{250};
-inline constexpr std::chrono::milliseconds kLastPoll{1000};
-inline constexpr int kAttempts = 3;  // attempts at a comparison or batch that gets lost
-
-inline constexpr std::chrono::milliseconds kCancelPoll{50};
 
 // Returns an Interrupted that is true once `time` has passed from now.
 inline Interrupted after(std::chrono::milliseconds time) {
@@ -97,9 +88,8 @@ class Client {
   std::chrono::milliseconds cancel_time() const { return cancel_time_; }
 
   // Sends the request, again after transient failures. Returns the last reply: a success, a permanent refusal, or a
-  // failure that outlasted `retry_time`. Errors: cancelled(), or why there is no reply. Calls `refused` for each 429
-  // and 503. Blocks.
-  Result<HttpAnswer> ask(const HttpRequest& request, Control& control, const std::function<void()>& refused = {});
+  // failure that outlasted `retry_time`. Errors: cancelled(), or why there is no reply. Blocks.
+  Result<HttpAnswer> ask(const HttpRequest& request, Control& control);
 
   // Sends the request once.
   HttpAnswer once(const HttpRequest& request, const Interrupted& interrupted);

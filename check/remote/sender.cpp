@@ -35,12 +35,11 @@ Error named(Error error, Sender::Part part) {
 
 }  // namespace
 
-Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control, bool forgotten) {
+Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control) {
   const auto& file = file_of(gate, part);
   auto id = ids_.get(file.string(), control, [&] { return hash(gate, file, control); });
   if (!id) return named(std::move(id).error(), part);
-  if (forgotten) delivered_.forget(*id);
-  const auto done = delivered_.get(*id, control, [&] { return deliver(gate, file, *id, control, forgotten); });
+  const auto done = delivered_.get(*id, control, [&] { return deliver(gate, file, *id, control); });
   if (!done) return named(done.error(), part);
   return id;
 }
@@ -64,8 +63,7 @@ Result<std::string> Sender::hash(const Gate& gate, const std::filesystem::path& 
 }
 
 Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id,
-                             Control& control, bool forgotten) {
-  if (forgotten) return put(gate, file, id, control);
+                             Control& control) {
   const auto known = client_.ask({"HEAD", "/v1/meshes/" + id, {}}, control);
   if (!known) return known.error();
   if (known->status == 200) return Done{};

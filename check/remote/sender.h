@@ -42,11 +42,6 @@ class LazyMap {
     slots_.clear();
   }
 
-  void forget(const std::string& name) {
-    const std::lock_guard lock(mutex_);
-    slots_.erase(name);
-  }
-
  private:
   std::shared_ptr<Lazy<T>> slot_of(const std::string& name) {
     const std::lock_guard lock(mutex_);
@@ -66,17 +61,15 @@ class Sender {
 
   enum class Part { candidate, baseline };
 
-  // Stores the gate's mesh at the service and returns its id. Blocks. `forgotten`: the service has lost the mesh, so
-  // it is sent without asking.
-  Result<std::string> stored(const Gate& gate, Part part, Control& control, bool forgotten = false);
+  // Stores the gate's mesh at the service and returns its id. Blocks.
+  Result<std::string> stored(const Gate& gate, Part part, Control& control);
 
   // Forgets which meshes were delivered; the service is asked again for each.
   void doubt() { delivered_.forget_all(); }
 
  private:
   Result<std::string> hash(const Gate& gate, const std::filesystem::path& file, Control& control);
-  Result<Done> deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control,
-                       bool forgotten);
+  Result<Done> deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control);
   Result<Done> put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control);
 
   Client& client_;

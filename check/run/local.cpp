@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "api/compare/compare.h"
@@ -24,13 +26,11 @@ class Local final : public Measurer {
             std::clamp<std::size_t>(gates, 1, std::max(1U, options.jobs ? options.jobs : options.processors)))),
         processors_(std::max(1U, options.processors), at_once_, gates) {}
 
-  Result<Measured> measure(const Gate& gate, Control& control) override {
-    control.set_deadline(Control::Clock::now() + gate.request.timeout);
-    const Seat seat(*this, gate, control);
-    return measure(gate, seat.threads, control);
-  }
-
   unsigned at_once() const override { return at_once_; }
+
+  void measure(std::span<const Task> tasks) override {
+    for (const Task& task : tasks) task.ended(measured(*task.gate, *task.control), std::nullopt);
+  }
 
  private:
   // A running gate's threads and meshes.
@@ -57,7 +57,13 @@ class Local final : public Measurer {
     return gate.request.threads_given ? gate.request.options.threads : 0;
   }
 
-  Result<Measured> measure(const Gate& gate, unsigned threads, Control& control) {
+  Result<Measured> measured(const Gate& gate, Control& control) {
+    control.set_deadline(Control::Clock::now() + gate.request.timeout);
+    const Seat seat(*this, gate, control);
+    return measured(gate, seat.threads, control);
+  }
+
+  Result<Measured> measured(const Gate& gate, unsigned threads, Control& control) {
     const auto start = Control::Clock::now();
     if (threads > 1) meshes_->begin(gate.baseline);  // read both files at the same time
     const auto candidate = meshes_->get(gate.candidate, control);
@@ -76,7 +82,7 @@ class Local final : public Measurer {
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
     const auto comparison = api::compare(*candidate, *baseline, options, control, times);
     if (!comparison) return with_files(comparison.error(), gate);
-    return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), gate);
+    return measured_from(api::document_of(*comparison), gate);
   }
 
   const std::shared_ptr<Meshes> meshes_;

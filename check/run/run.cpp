@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -31,13 +32,6 @@ std::uintmax_t size_of(const std::filesystem::path& file) {
   std::error_code failed;
   const auto bytes = std::filesystem::file_size(file, failed);
   return failed ? 0 : bytes;  // measuring reports the problem
-}
-
-// Turns exceptions into an Error.
-Result<Measured> measure(Measurer& measurer, const Gate& gate, Control& control) try {
-  return measurer.measure(gate, control);
-} catch (const std::exception& error) {
-  return Error{ErrorCode::internal, std::string("the measurement failed unexpectedly: ") + error.what(), "", ""};
 }
 
 Result<Measured> refused_by(const std::vector<Mistake>& defects) {
@@ -116,35 +110,32 @@ class Run {
     Control control;  // of the measurement
     Control after;    // of the work after it, which the gate's deadline does not limit
     Progress progress;
-    std::atomic<bool> ended{false};  // of gates measured together: the result has arrived
+    std::atomic<bool> ended{false};  // the result has arrived
 
     explicit Job(std::size_t its_gate) : gate(its_gate) {}
   };
 
-  // Any free thread makes pictures, since gates that are measured together end faster than one thread makes them.
+  // Any free thread makes pictures, since gates of one batch end faster than one thread makes them.
   void work() {
     std::unique_lock lock(mutex_);
     while (!over()) {
-      if (!ended_together_.empty()) {
-        auto [job, outcome] = std::move(ended_together_.front());
-        ended_together_.pop_front();
-        unlocked(lock, [&, job = job, &outcome = outcome] { conclude(*job, std::move(outcome)); });
+      if (!measured_.empty()) {
+        auto [job, outcome] = std::move(measured_.front());
+        measured_.pop_front();
+        unlocked(lock, [&, job = job, &outcome = outcome] {
+          keep(outcome, *job);
+          finish(*job, std::move(outcome));
+        });
       } else if (const std::vector<Job*> some = next(); !some.empty()) {
-        unlocked(lock, [&] { some.size() == 1 ? measure_one(*some.front()) : measure_together(some); });
+        unlocked(lock, [&] { measure(some); });
       } else {
         changed_.wait_for(lock, kStopTick);
       }
     }
   }
 
-  void measure_one(Job& job) {
-    const Gate& gate = gates_[job.gate];
-    conclude(job,
-             outcome_of(job, gate.defects.empty() ? measure(measurer_, gate, job.control) : refused_by(gate.defects)));
-  }
-
   // An exception becomes the Error of each gate without a result.
-  void measure_together(const std::vector<Job*>& jobs) {
+  void measure(const std::vector<Job*>& jobs) {
     std::vector<Task> tasks;
     tasks.reserve(jobs.size());
     for (Job* job : jobs) {
@@ -156,7 +147,7 @@ class Run {
     }
     std::string why = "it was left out";
     try {
-      if (!tasks.empty()) measurer_.measure_together(tasks);
+      if (!tasks.empty()) measurer_.measure(tasks);
     } catch (const std::exception& error) {
       why = error.what();
     }
@@ -166,24 +157,13 @@ class Run {
   }
 
   void end(Job& job, Result<Measured>&& result, std::optional<double> run_ms = {}) {
-    GateOutcome outcome = outcome_of(job, std::move(result));
-    if (run_ms) outcome.wall_ms = std::min(outcome.wall_ms, *run_ms);
+    GateOutcome outcome = outcome_of(gates_[job.gate], std::move(result), job.after);
+    outcome.wall_ms = std::min(ms_since(job.start), run_ms.value_or(std::numeric_limits<double>::infinity()));
     job.ended = true;
     if (!watch_.after) return finish(job, std::move(outcome));
     const std::lock_guard lock(mutex_);
-    ended_together_.emplace_back(&job, std::move(outcome));
+    measured_.emplace_back(&job, std::move(outcome));
     changed_.notify_all();
-  }
-
-  GateOutcome outcome_of(Job& job, Result<Measured>&& result) {
-    GateOutcome outcome = check::outcome_of(gates_[job.gate], std::move(result), job.after);
-    outcome.wall_ms = ms_since(job.start);
-    return outcome;
-  }
-
-  void conclude(Job& job, GateOutcome outcome) {
-    if (watch_.after) keep(outcome, job);
-    finish(job, std::move(outcome));
   }
 
   // A picture that cannot be made must not lose the measurement.
@@ -280,10 +260,10 @@ class Run {
   std::condition_variable changed_;
   std::size_t begun_ = 0;
   bool stopped_ = false;
-  std::deque<Job> jobs_;                                     // gates that have begun; addresses are stable
-  std::vector<Job*> running_;                                // in the order in which they began
-  std::deque<std::pair<Job*, GateOutcome>> ended_together_;  // results whose after() has not run yet
-  std::vector<std::size_t> ended_;                           // indices of gates, in the order in which they ended
+  std::deque<Job> jobs_;                               // gates that have begun; addresses are stable
+  std::vector<Job*> running_;                          // in the order in which they began
+  std::deque<std::pair<Job*, GateOutcome>> measured_;  // results whose after() has not run yet
+  std::vector<std::size_t> ended_;                     // indices of gates, in the order in which they ended
   std::vector<std::optional<GateOutcome>> outcomes_;
 };
 

@@ -29,8 +29,8 @@ struct Watch {
   std::function<bool()> interrupted;                               // asked every 10 ms; true ends the run; may be empty
   std::function<void(const Standing&)> standing;                   // called ten times a second; may be empty
   std::function<void(const GateOutcome&, const Standing&)> ended;  // called once for each gate that ends; may be empty
-  // Called for each gate that has begun, on the thread that measured it, before it counts as ended: makes pictures
-  // and maps while its meshes are in memory. `control` is cancelled when the run is interrupted. May be empty.
+  // Called for each gate that has begun, on any thread that measures, before it counts as ended: makes pictures and
+  // maps while its meshes are in memory. `control` is cancelled when the run is interrupted. May be empty.
   std::function<void(std::size_t place, const GateOutcome&, Control& control)> after;
 };
 

@@ -82,6 +82,12 @@ Json failure_of(const store::BatchRow& row) {
   return failure;
 }
 
+Json running_of(const store::BatchRow& row) {
+  Json running = head_of(row);
+  running["progress"] = row.job ? progress_of(*row.job) : Json(nullptr);
+  return running;
+}
+
 double seconds_between(store::TimePoint from, store::TimePoint to) {
   return std::chrono::duration<double>(to - from).count();
 }
@@ -154,7 +160,7 @@ std::optional<api::JUnitDefect> defect_of(const store::Job& job, const Json& res
 }  // namespace
 
 std::string to_json(const store::Batch& batch, const std::vector<store::BatchRow>& failures,
-                    std::chrono::seconds kept) {
+                    const std::vector<store::BatchRow>& running, std::chrono::seconds kept) {
   Json json{{"id", batch.key.id},
             {"name", text_or_null(batch.name)},
             {"state", state_of(batch)},
@@ -162,9 +168,11 @@ std::string to_json(const store::Batch& batch, const std::vector<store::BatchRow
             {"finished", time_or_null(batch.finished)},
             {"expires", batch.finished ? Json(to_text(*batch.finished + kept)) : Json(nullptr)},
             {"counts", counts_of(batch.counts)},
-            {"failures", Json::array()}};
+            {"failures", Json::array()},
+            {"running", Json::array()}};
   if (has_pages()) json["view"] = "/b/" + batch.key.id;
   for (const store::BatchRow& row : failures) json["failures"].push_back(failure_of(row));
+  for (const store::BatchRow& row : running) json["running"].push_back(running_of(row));
   return dumped(json);
 }
 

@@ -9,9 +9,10 @@
 
 namespace meshgauge::server {
 
-// Returns the document of GET /v1/batches/{id} and of the 202. `failures`: the comparisons to list in it. `kept`: how
-// long the batch is kept after its end.
-std::string to_json(const store::Batch& batch, const std::vector<store::BatchRow>& failures, std::chrono::seconds kept);
+// Returns the document of GET /v1/batches/{id} and of the 202. `failures`, `running`: the comparisons to list in it.
+// `kept`: how long the batch is kept after its end.
+std::string to_json(const store::Batch& batch, const std::vector<store::BatchRow>& failures,
+                    const std::vector<store::BatchRow>& running, std::chrono::seconds kept);
 
 std::string progress_json(const store::Batch& batch);  // the data of a `progress` event, on one line
 std::string result_line(const store::BatchRow& row);   // a line of results.jsonl, newline included

@@ -29,10 +29,13 @@ using std::chrono::milliseconds;
 using store::BatchStore;
 using Due = std::optional<Clock::time_point>;
 
-constexpr std::size_t kFailuresShown = 100;
+constexpr std::size_t kRowsShown = 100;  // of each list in a batch's document
 constexpr std::size_t kRowsOfPage = 100;
 constexpr std::size_t kMostErrors = 100;             // that name meshes which are not stored
 constexpr milliseconds kEventGap{500};               // between two events of a stream
+// Between two looks at a batch that a client waits for: a share of its age, so that the answer is late by that share.
+constexpr int kLooksOfAge = 20;
+constexpr milliseconds kFirstLook{5}, kLastLook{500};
 constexpr std::chrono::hours kMaxQueueTime{7 * 24};  // of a batch's jobs, at least: a batch may take days
 constexpr std::chrono::seconds kRenewAfter{60};      // far less than the age at which a sweep removes unused blobs
 
@@ -284,13 +287,16 @@ std::optional<store::Batch> Batches::find(Exchange& exchange) {
 
 Result<std::string> Batches::document(const store::Batch& batch) {
   const store::BatchCounts& counts = batch.counts;
-  std::vector<store::BatchRow> failures;
-  if (counts.fail + counts.undecided + counts.failed + counts.cancelled > 0) {
-    auto rows = batches_.batch_rows(batch.key, BatchStore::Rows::failures_first, 0, kFailuresShown);
-    if (!rows) return rows.error();
-    failures = std::move(*rows);
-  }
-  return to_json(batch, failures, kept_);
+  const auto rows = [&](std::uint64_t count, BatchStore::Rows which) {
+    using Rows = Result<std::vector<store::BatchRow>>;
+    return count > 0 ? batches_.batch_rows(batch.key, which, 0, kRowsShown) : Rows(std::vector<store::BatchRow>());
+  };
+  const auto failures =
+      rows(counts.fail + counts.undecided + counts.failed + counts.cancelled, BatchStore::Rows::failures_first);
+  if (!failures) return failures.error();
+  const auto running = rows(counts.running, BatchStore::Rows::running);
+  if (!running) return running.error();
+  return to_json(batch, *failures, *running, kept_);
 }
 
 void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
@@ -301,8 +307,30 @@ void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
   exchange.response.body = std::move(*json);
 }
 
+// With Prefer: wait the answer is sent when another comparison has ended. A client for which there is no place waits by
+// asking again.
 void Batches::get(Exchange& exchange) {
-  if (const auto batch = find(exchange)) send(exchange, *batch, 200);
+  const auto first = find(exchange);
+  if (!first) return;
+  const auto wait = exchange.preferences.wait.value_or(milliseconds(0));
+  const auto place = first->finished || wait == milliseconds(0) ? nullptr : watchers_.take(exchange.owner);
+  if (!place) return send(exchange, *first, 200);
+  exchange.response.later = [this, place, unended = first->counts.queued + first->counts.running,
+                             until = Clock::now() + wait](Exchange& later) -> Due {
+    const auto batch = find(later);
+    const auto now = Clock::now();
+    const bool waits = batch && batch->counts.queued + batch->counts.running == unended && now < until &&
+                       !later.client_gone && !jobs_.stopping();
+    if (waits) return std::min<Clock::time_point>(until, now + look_interval(*batch));
+    if (!batch) return std::nullopt;
+    later.response.headers.emplace_back("Preference-Applied", later.preferences.applied);
+    send(later, *batch, 200);
+    return std::nullopt;
+  };
+}
+
+milliseconds Batches::look_interval(const store::Batch& batch) const {
+  return std::clamp<milliseconds>((stores_.jobs.time() - batch.created) / kLooksOfAge, kFirstLook, kLastLook);
 }
 
 void Batches::remove(Exchange& exchange) {

@@ -52,6 +52,7 @@ class Batches {
   std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
   Result<std::string> document(const store::Batch& batch);
   void send(Exchange& exchange, const store::Batch& batch, int status);
+  std::chrono::milliseconds look_interval(const store::Batch& batch) const;
   std::shared_ptr<const void> take_place(Exchange& exchange);  // null: the exchange is answered
   void throw_if_deleted(const store::JobKey& key);
   void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,

@@ -15,14 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;  // writes infinity and NaN as null
 
-// null for an ended job: its result has the interval.
-Json progress_of(const store::Job& row) {
-  if (!row.progress || store::has_ended(row.state)) return nullptr;
-  return {{"lower", row.progress->lower},
-          {"upper", row.progress->upper},
-          {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
-}
-
 // A path without a host: the client knows by which name it reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
@@ -37,6 +29,13 @@ std::optional<std::size_t> triangles_of(const nlohmann::json& document, const ch
 Json gate_of(const store::Job& row) {
   const auto request = api::parse_options(row.options);
   return request ? api::gate_of(request->options) : Json(nullptr);
+}
+
+Json progress_of(const store::Job& row) {
+  if (!row.progress || store::has_ended(row.state)) return nullptr;
+  return {{"lower", row.progress->lower},
+          {"upper", row.progress->upper},
+          {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
 }
 
 std::string problem_json(const store::Job& row) {

@@ -13,6 +13,9 @@ namespace meshgauge::server {
 
 std::string to_json(const JobView& job);
 
+// The interval so far; null for a job that has ended, whose result has it, or that has none yet.
+nlohmann::ordered_json progress_of(const store::Job& row);
+
 // The result of a job, with `view`, the path of its page. Precondition: the job has a result.
 std::string result_json(const store::Job& row);
 

@@ -4,6 +4,8 @@
 #include <new>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "api/base/problem.h"
 #include "api/options/gate.h"
 #include "api/result/response.h"
@@ -137,12 +139,13 @@ JobView Measuring::concluded(const LiveJob& job, const Result<api::Comparison>& 
   const bool cancelled = stopped_by_cancel(result) && last.row.cancel_requested;
   if (result) {
     last.row.state = cancelled ? JobState::cancelled : JobState::done;
-    api::WrittenResult written = api::written(*result);
-    last.row.document = std::move(written.document);
-    last.row.verdict = written.verdict;
+    const auto document = api::document_of(*result);
+    const auto& verdict = document.at("verdict");
+    last.row.document = document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    last.row.verdict = verdict.is_null() ? "" : verdict.get<std::string>();
     last.reusable = !was_cut_short(*result);
-    last.timing = std::move(written.timing);
-    last.stages = std::move(written.stages);
+    last.stages = api::stages(*result);
+    last.timing = api::to_server_timing(last.stages);
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
   } else {
     Problem problem = api::to_problem(result.error());

@@ -78,10 +78,11 @@ class BatchStore {
                                                              const std::string& idempotency_key) = 0;
 
   enum class Rows {
-    ended,          // by position
-    failures_first  // not passed: verdict fail, then failed, then undecided, then cancelled; each by position
+    ended,           // by position
+    failures_first,  // not passed: verdict fail, then failed, then undecided, then cancelled; each by position
+    running          // by position
   };
-  // Returns at most `most` ended items, with positions from `from` on. Precondition: with failures_first `from` is 0.
+  // Returns at most `most` items, with positions from `from` on. Precondition: with failures_first `from` is 0.
   virtual Result<std::vector<BatchRow>> batch_rows(const JobKey& key, Rows which, std::uint64_t from,
                                                    std::size_t most) = 0;
 

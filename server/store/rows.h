@@ -274,13 +274,19 @@ inline constexpr auto kEndedItems = kItemsWithJobs<Db> + R"sql((state >= 2 OR st
       ORDER BY item.position LIMIT $4) AS item
     ORDER BY position)sql";
 template <class Db>
+inline constexpr auto kRunningItems = kItemsWithJobs<Db> + R"sql(state = 1
+      ORDER BY item.position LIMIT $4) AS item
+    ORDER BY position)sql";
+template <class Db>
 inline constexpr auto kFailedItems = kItemsWithJobs<Db> + kBadness + " IS NOT NULL ORDER BY" + kBadness +
                                      ", item.position LIMIT $4) AS item ORDER BY" + kBadness + ", position";
 
 template <class Db>
 std::vector<BatchRow> find_batch_rows(Db& db, const JobKey& key, BatchStore::Rows which, std::uint64_t from,
                                       std::size_t most) {
-  const char* const sql = which == BatchStore::Rows::ended ? kEndedItems<Db> : kFailedItems<Db>;
+  const char* sql = kEndedItems<Db>;
+  if (which == BatchStore::Rows::failures_first) sql = kFailedItems<Db>;
+  if (which == BatchStore::Rows::running) sql = kRunningItems<Db>;
   auto row = db.query(sql, key.owner, key.id, from, most);
   std::vector<BatchRow> rows;
   while (row.next()) {

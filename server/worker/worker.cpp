@@ -25,8 +25,8 @@ constexpr milliseconds kLongestPause{5'000};
 constexpr seconds kOpeningPause{1};
 constexpr unsigned kOpenings = 3;
 constexpr seconds kBeatAgain{1};  // after a heartbeat that failed
-// Before a job of a batch reports its progress: most end sooner, and no client follows one.
-constexpr seconds kWorthTelling{3};
+// Before a job of a batch reports its progress: most end sooner, and clients ask for it about once a second.
+constexpr seconds kWorthTelling{1};
 // Before a job of a batch reports that it has begun: it may be what ends its worker.
 constexpr milliseconds kBegun{200};
 

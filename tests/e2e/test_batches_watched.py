@@ -3,6 +3,7 @@
 import socket
 import sqlite3
 import tempfile
+import time
 import unittest
 
 from contract import events_of
@@ -39,6 +40,28 @@ class Watched(unittest.TestCase):
         self.assertEqual(told[-1][1]["state"], "cancelled")
         self.assertEqual([name for name, _ in told[:-1]], ["progress"] * (len(told) - 1))
         self.assertGreater(len(told), 1)
+
+    def test_waited_for(self):
+        """The answer comes when another comparison has ended; meanwhile the batch lists what runs with its interval."""
+        server = self.start()
+        path = accepted(submit(server, slow_pairs(server, 2)))
+        until(lambda: any(one["progress"] for one in server.get(path).json()["running"]))
+        running, = server.get(path).json()["running"]
+        self.assertIn(running["position"], (0, 1))
+        begun = time.monotonic()
+        self.assertEqual(server.get(path, extra="Prefer: wait=1\r\n").json()["counts"]["running"], 1)
+        self.assertGreaterEqual(time.monotonic() - begun, 0.9)
+        with server.connect() as connection:
+            connection.sendall(b"GET %s HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=60\r\n\r\n" % path.encode())
+            until(lambda: b"meshgauge_event_streams 1\n" in server.get("/metrics").body)
+            server.send("POST", path + "/cancel")
+            answer = read_answer(connection.makefile("rb"))
+        self.assertEqual(answer.headers["preference-applied"], "wait=60")
+        self.assertGreater(answer.json()["counts"]["cancelled"], 0)
+        ended(server, path)
+        answer = server.get(path, extra="Prefer: wait=60\r\n")
+        self.assertEqual((answer.json()["state"], answer.json()["running"]), ("cancelled", []))
+        self.assertNotIn("preference-applied", answer.headers)
 
     def test_deleted_while_its_results_are_read(self):
         server = self.start("--max-batch-pairs", "4000")

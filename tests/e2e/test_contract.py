@@ -101,7 +101,8 @@ class Judge(unittest.TestCase):
 
     def setUp(self):
         self.request = Request("GET", "/v1/meshes/" + MESH_ID, "", {}, b"")
-        mesh = OPENAPI["paths"]["/v1/meshes"]["post"]["responses"]["200"]["content"]["application/json"]["example"]
+        stored = resolved(OPENAPI["paths"]["/v1/meshes"]["post"]["responses"]["200"])
+        mesh = stored["content"]["application/json"]["example"]
         self.answer = Answer(200, {"content-type": "application/json", "content-length": "9", "x-request-id": ID,
                                    "traceparent": "00-%s-%s-00" % (ID, "1" * 16), "x-content-type-options": "nosniff",
                                    "referrer-policy": "no-referrer", "cache-control": "no-store"}, json.dumps(mesh).encode())

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <vector>
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -94,20 +95,27 @@ TEST_CASE("response: the gate is returned with its verdict") {
   CHECK(rendered(comparison)["gate"]["units"] == "b");
 }
 
-TEST_CASE("response: the document, its verdict and its stages are written together") {
+TEST_CASE("response: the document has the worst verdict and the stages") {
   api::Comparison comparison = sample();
-  CHECK(api::written(comparison).verdict.empty());
   comparison.times = {1.5, 2, 3, 10};
   comparison.options.max_distance = 0.3;
   comparison.options.expect.triangles = api::Span{1, {}};
-  const api::WrittenResult written = api::written(comparison);
-  CHECK(written.verdict == "fail");  // the distance passes, there is no triangle
-  CHECK(written.document == to_json(comparison));
-  const json result = json::parse(written.document);
-  CHECK(result["verdict"] == "fail");
-  REQUIRE(written.stages.size() == result["timings_ms"].size());
-  for (const api::Stage& stage : written.stages) CHECK(result["timings_ms"][stage.name] == stage.ms);
-  CHECK(written.timing == api::to_server_timing(written.stages));
+  const json result = rendered(comparison);
+  CHECK(result["verdict"] == "fail");  // the distance passes, there is no triangle
+  const std::vector<api::Stage> stages = api::stages(comparison);
+  REQUIRE(stages.size() == result["timings_ms"].size());
+  for (const api::Stage& stage : stages) CHECK(result["timings_ms"][stage.name] == stage.ms);
+}
+
+TEST_CASE("response: the document equals what is parsed of its text") {
+  api::Comparison comparison = sample();
+  comparison.outcome.upper = kInfinity;
+  comparison.outcome.a_to_b->bounds.upper = kInfinity;
+  comparison.outcome.diagonal_a = 0;
+  const nlohmann::ordered_json document = api::document_of(comparison);
+  CHECK(document == nlohmann::ordered_json::parse(to_json(comparison)));
+  CHECK(document["distance"]["upper"].is_null());
+  CHECK(document["tolerance"]["reached"]["absolute"].is_null());
 }
 
 TEST_CASE("response: the samples per piece are reported only for n_point") {
@@ -162,7 +170,7 @@ TEST_CASE("response: what was done to a mesh, as counts and as notes") {
 TEST_CASE("response: the stages as a Server-Timing header") {
   api::Comparison comparison = sample();
   comparison.times = {1.5, 2, 3, 10};
-  CHECK(api::written(comparison).timing ==
+  CHECK(api::to_server_timing(api::stages(comparison)) ==
         "queue;dur=1.500, read_a;dur=2.000, read_b;dur=3.000, build;dur=0.000, traverse;dur=0.000, "
         "reduce;dur=0.000, certify;dur=0.000, total;dur=10.000");
 }
@@ -204,7 +212,8 @@ TEST_CASE("response: statistics say that they are sampled, how, and how well") {
   CHECK(found["histogram"]["shares"][31] == 0.5);
   CHECK(found["histogram"]["standard_errors"][31] == 0.03);
   CHECK(result["timings_ms"]["statistics"] == 4.0);
-  CHECK(api::written(comparison).timing.find("certify;dur=0.000, statistics;dur=4.000, total") != std::string::npos);
+  const std::string timing = api::to_server_timing(api::stages(comparison));
+  CHECK(timing.find("certify;dur=0.000, statistics;dur=4.000, total") != std::string::npos);
 }
 
 TEST_CASE("response: certified areas, only where they were asked for") {

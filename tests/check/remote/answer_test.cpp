@@ -18,10 +18,14 @@ namespace {
 const std::string kId(32, '0');
 const std::string kBase = "http://service";
 
-std::string job(const std::string& state, const std::string& progress = "null", const std::string& result = "null",
-                const std::string& problem = "null") {
-  return R"({"id":")" + kId + R"(","state":")" + state + R"(","progress":)" + progress + R"(,"result":)" + result +
-         R"(,"problem":)" + problem + "}";
+std::string line_of(const std::string& state, const std::string& result = "null", const std::string& problem = "null") {
+  return R"({"position":2,"name":null,"comparison":")" + kId + R"(","state":")" + state +
+         R"(","verdict":null,"result":)" + result + R"(,"problem":)" + problem + "}";
+}
+
+std::string batch_of(const std::string& running) {
+  return R"({"id":")" + kId + R"(","state":"running","counts":{"total":4,"queued":1,"running":2},"running":)" +
+         running + "}";
 }
 
 std::string problem(const std::string& slug, const std::string& detail, const std::string& part) {
@@ -46,47 +50,59 @@ net::HttpAnswer reply(int status, const std::string& body, const std::string& ty
 
 }  // namespace
 
-TEST_CASE("answer: the state of a comparison") {
-  const auto running = job_from(job("running", R"({"lower":0.25,"upper":null,"stage":"reduce"})"));
-  REQUIRE(running);
-  CHECK_FALSE(running->ended());
-  CHECK(running->progress.lower == 0.25);
-  CHECK(running->progress.upper == std::numeric_limits<double>::infinity());
-  CHECK(running->progress.stage == std::string("reduce"));
-  CHECK(job_from(job("queued"))->progress.stage == std::string("queue"));
-  const std::string result = R"({"id":")" + kId + R"(","status":"cancelled"})";
-  const auto ended = job_from(job("cancelled", "null", result));
-  REQUIRE(ended);
-  CHECK(ended->ended());
-  REQUIRE(ended->result);
-  CHECK(ended->result->at("status") == "cancelled");
-  const auto failed = job_from(job("failed", "null", "null", problem("unreadable-mesh", "no", "a")));
-  REQUIRE(failed);
-  REQUIRE(failed->problem);
-  CHECK(failed->problem->slug == "unreadable-mesh");
+TEST_CASE("answer: the intervals of a batch's comparisons that run") {
+  const auto state = batch_from(batch_of(R"([{"position":1,"progress":{"lower":0.25,"upper":null,"stage":"reduce"}},)"
+                                         R"({"position":3,"progress":null},{"position":4,"progress":null},7,{}])"));
+  REQUIRE(state);
+  CHECK(state->ended == 1);
+  REQUIRE(state->running.size() == 2);
+  CHECK(state->running[0].first == 1);
+  CHECK(state->running[0].second.lower == 0.25);
+  CHECK(state->running[0].second.upper == std::numeric_limits<double>::infinity());
+  CHECK(state->running[0].second.stage == std::string("reduce"));
+  CHECK(state->running[1].first == 3);
+  CHECK(state->running[1].second.stage == std::string("read"));
+  for (const char* none : {"null", "7", "[]", R"({"position":1})"}) CHECK(batch_from(batch_of(none))->running.empty());
 }
 
-TEST_CASE("answer: malformed comparisons are rejected") {
+TEST_CASE("answer: how a comparison ended") {
+  const std::string result = R"({"id":")" + kId + R"(","status":"cancelled"})";
+  const auto ended = batch_line_from(line_of("cancelled", result));
+  REQUIRE(ended);
+  CHECK(ended->position == 2);
+  REQUIRE(ended->end->document);
+  CHECK(ended->end->document->at("status") == "cancelled");
+  const auto failed = batch_line_from(line_of("failed", "null", problem("unreadable-mesh", "no", "a")));
+  REQUIRE(failed);
+  REQUIRE(failed->end->problem);
+  CHECK(failed->end->problem->slug == "unreadable-mesh");
+}
+
+TEST_CASE("answer: malformed answers are rejected") {
   const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
   const std::vector<std::string> bodies{"",
                                         "null",
                                         "[]",
                                         "{}",
                                         "<html>",
-                                        job("finished"),
-                                        R"({"id":"../../etc","state":"done"})",
-                                        R"({"id":7,"state":7})",
+                                        line_of("finished"),
+                                        line_of("running"),
+                                        R"({"position":0,"comparison":"../../etc","state":"done"})",
+                                        R"({"position":0,"comparison":7,"state":7})",
+                                        R"({"id":"../etc","state":"done","counts":{"total":1,"queued":0,"running":0}})",
                                         deep,
                                         R"({"a":)" + deep + "}",
-                                        job("done") + "x",
+                                        line_of("done") + "x",
+                                        batch_of("[]") + "x",
                                         "{\"id\":\"\xff\"}"};
   for (const std::string& body : bodies) {
     CAPTURE(body.substr(0, 80));
-    CHECK_FALSE(job_from(body));
-    CHECK_FALSE(comparison_from(body));
+    CHECK_FALSE(batch_line_from(body));
+    CHECK_FALSE(batch_from(body));
   }
-  CHECK_FALSE(comparison_from(R"({"id":")" + kId + R"(","status":"\u001b[31m"})"));
-  CHECK_FALSE(job_from(job("done", "null", R"({"status":"no such"})"))->result);
+  for (const std::string& none :
+       {R"({"id":")" + kId + R"(","status":"\u001b[31m"})", std::string(R"({"status":"no such"})")})
+    CHECK_FALSE(batch_line_from(line_of("done", none))->end->document);
 }
 
 TEST_CASE("answer: numbers are those that were sent") {

@@ -35,8 +35,7 @@ TEST_CASE("batch results: lines may arrive in any pieces") {
     for (std::size_t at = 0; at < text.size(); at += size) REQUIRE(taken.results.take(text.substr(at, size)));
     REQUIRE(taken.lines.size() == 3);
     CHECK(taken.lines[1].position == 2);
-    CHECK(taken.lines[1].job->state == "cancelled");
-    CHECK(taken.lines[1].job->problem->slug == "empty-mesh");
+    CHECK(taken.lines[1].end->problem->slug == "empty-mesh");
   }
 }
 
@@ -55,7 +54,7 @@ TEST_CASE("batch results: a result that is gone") {
   CHECK(taken.results.take(R"({"position":0,"name":null,"comparison":null,"state":"gone","result":null})"
                            "\n"));
   REQUIRE(taken.lines.size() == 1);
-  CHECK_FALSE(taken.lines[0].job);
+  CHECK_FALSE(taken.lines[0].end);
 }
 
 TEST_CASE("batch results: malformed results end the transfer") {

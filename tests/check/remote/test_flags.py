@@ -78,7 +78,7 @@ class Command(Workplace):
         a, b = self.file("1.obj", SLOW["a"]), self.file("2.obj", SLOW["b"])
         process = self.start(a, b, "--max-distance", "1e-9", "--strategy", "four_point", "--timeout", "100 s", "--json",
                              *self.with_key())
-        until(lambda: requests(self.server, "GET", "/v1/comparisons/"))
+        until(lambda: len(requests(self.server, "GET", "/v1/batches/")) > 2)
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 2)

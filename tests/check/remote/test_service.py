@@ -1,18 +1,15 @@
 """What a service has to do for a run of gates: how often files travel, keys, limits, restarts, cancellation."""
 
 import json
-import re
 import signal
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
-from gates import Relay, Run, count_of, free_port, gate, measure, requests, server_at, url_of, without_batches
-from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, flat_grid, until, wavy_grid
+from gates import Relay, Run, count_of, free_port, gate, measure, requests, server_at, url_of
+from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, flat_grid, until
 from keys import new_key, write_keys
-
-ID = re.compile("^[0-9a-f]{32}$")
+from test_batches import accepted, slow_pairs, submit
 
 
 def metric(server, name):
@@ -155,14 +152,11 @@ class Keys(Case):
             self.assertIn(".obj' is not taken: ", outcome["error"])
 
     def test_a_key_with_few_jobs(self):
+        """A batch does not count as jobs of its key."""
         server, (token,) = self.serve({"max_jobs": 1})
-        slow = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(31)), max_distance=1e-12,
-                     options={"strategy": "four_point", "tolerance": {"absolute": 1e-3}})
-                for i, c in enumerate(self.files(3, lambda i: flat_grid(26 + i)))]
-        with Relay(server.port, without_batches) as relay:
-            outcomes = measure(slow, self.service(relay, token, at_once=3))
-        self.assertTrue(all(o["document"] for o in outcomes.values()), outcomes)
-        until(lambda: any(line["status"] == 429 for line in requests(server, "POST")))
+        self.assert_decided(measure(self.gates, self.service(server, token)))
+        self.assert_decided(measure(self.gates[:1], self.service(server, token)))
+        self.assertEqual(count_of(server, "POST", 2), 2)
 
     def test_a_key_with_a_low_rate(self):
         server, (token,) = self.serve({"requests_per_minute": 600, "burst": 1})
@@ -172,14 +166,15 @@ class Keys(Case):
 
 class Limits(Case):
     def test_a_full_queue(self):
-        server = self.start("--workers", "1", "--max-queued-jobs", "1")
-        gates = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(31)), max_distance=1e-12,
-                      options={"strategy": "four_point", "tolerance": {"absolute": 1e-3}})
-                 for i, c in enumerate(self.files(3, lambda i: flat_grid(26 + i)))]
-        with Relay(server.port, without_batches) as relay:
-            outcomes = measure(gates, {"url": url_of(relay), "at_once": 3})
-        self.assertTrue(all(o["document"] for o in outcomes.values()), outcomes)
-        until(lambda: any(line["status"] == 503 for line in requests(server, "POST")))
+        """Ten comparisons of batches may be queued or running there."""
+        server = self.start("--workers", "1", "--max-batch-pairs", "1")
+        slow = slow_pairs(server, 10)
+        paths = [accepted(submit(server, {**slow, "comparisons": [one]})) for one in slow["comparisons"]]
+        run = Run([gate("gate", self.files(1)[0], self.file("b.obj", SQUARE))], {"url": url_of(server)})
+        until(lambda: any(line["status"] == 503 for line in requests(server, "POST", "/v1/batches")))
+        for path in paths:
+            server.send("POST", path + "/cancel")
+        self.assert_decided({o["name"]: o for o in run.ended()})
 
     def test_the_timeout_is_the_services(self):
         server = self.start()
@@ -224,11 +219,9 @@ class Restarts(Case):
         gates = [gate("gate %d" % i, c, self.file("b.obj", flat_grid(37)), max_distance=1e-12, timeout_ms=180_000,
                       options={"strategy": "four_point", "tolerance": {"absolute": 1e-3}})
                  for i, c in enumerate(self.files(5, lambda i: flat_grid(33 + i)))]
-        relay = self.enterContext(Relay(server.port, without_batches))
-        run = Run(gates, {"url": url_of(relay), "at_once": 3})
+        run = Run(gates, {"url": url_of(server)})
         for _ in range(2):
-            accepted = len(requests(server, "POST"))
-            until(lambda: len(requests(server, "POST")) > accepted or run.process.poll() is not None)
+            until(lambda: requests(server, "GET", "/v1/batches/") or run.process.poll() is not None)
             server.stop(signal.SIGKILL)
             server = server_at(port, data)
         outcomes = {o["name"]: o for o in run.ended()}
@@ -244,7 +237,7 @@ class Restarts(Case):
         pair = [self.file(name, data) for name, data in SLOW.items()]
         options = {k: v for k, v in SLOW_OPTIONS.items() if k != "timeout_ms"}
         run = Run([gate("slow", *pair, max_distance=1e-12, timeout_ms=3000, options=options)], {"url": url_of(server)})
-        until(lambda: requests(server, "GET", "/v1/comparisons/"))
+        until(lambda: requests(server, "GET", "/v1/batches/"))
         server.stop(signal.SIGKILL)
         server = server_at(port, str(self.folder / "other"))
         (outcome,) = run.ended()
@@ -260,10 +253,6 @@ class Cancelling(Case):
         pair = [self.file(name, data) for name, data in SLOW.items()]
         return gate("slow", *pair, max_distance=1e-12, timeout_ms=100000, options=options)
 
-    def states(self, server):
-        return [server.get("/v1/comparisons/" + line["id"]).json()["state"] for line in requests(server, "POST")
-                if ID.match(line["id"]) and line["status"] in (200, 202)]
-
     def test_the_interval_so_far(self):
         server = self.start()
         run = Run([self.slow()], {"url": url_of(server)})
@@ -277,7 +266,7 @@ class Cancelling(Case):
         server = self.start()
         with Relay(server.port) as relay:
             run = Run([self.slow()], {"url": url_of(relay)})
-            until(lambda: relay.seen.get(("POST", "/v1/comparisons")))
+            until(lambda: relay.seen.get(("POST", "/v1/batches")))
             run.interrupt()
             (outcome,) = run.ended()
         self.assertEqual(outcome["verdict"], "undecided")
@@ -305,7 +294,7 @@ class Cancelling(Case):
     def test_while_the_service_is_gone(self):
         server = self.start()
         run = Run([self.slow()], {"url": url_of(server)})
-        until(lambda: requests(server, "GET", "/v1/comparisons/"))
+        until(lambda: requests(server, "GET", "/v1/batches/"))
         server.stop(signal.SIGKILL)
         run.interrupt()
         (outcome,) = run.ended()

@@ -14,7 +14,7 @@ import unittest.mock
 from pathlib import Path
 
 import gates
-from gates import MEGABYTE, FlakyProxy, Relay, Run, Stub, gate, measure, requests, url_of, without_batches, without_chance
+from gates import MEGABYTE, FlakyProxy, Relay, Run, Stub, gate, measure, requests, url_of, without_chance
 from harness import RAISED, SQUARE, Server, ServerCase, until, wavy_grid
 from test_tls import make_certificate
 
@@ -98,17 +98,19 @@ class Addresses(Trouble):
 
     def test_a_comparison_that_was_out_of_time_is_not_asked_for_again(self):
         def late(handler, seen):
-            if without_batches(handler, seen):
-                return True
-            if handler.command == "POST":
-                problem = {"type": "urn:meshgauge:problem:out-of-time", "title": "t", "status": 503,
-                           "detail": "timed out before 'a' was read", "errors": []}
-                handler.answer(503, {"Content-Type": "application/problem+json"}, json.dumps(problem).encode())
-            return handler.command == "POST"
+            if not handler.path.endswith("/results.jsonl"):
+                return False
+            status, headers, body = relay.forward(handler)
+            problem = {"type": "urn:meshgauge:problem:out-of-time", "title": "t", "status": 503,
+                       "detail": "timed out before 'a' was read", "errors": []}
+            lines = [{**json.loads(line), "state": "failed", "result": None, "problem": problem} for line in body.splitlines()]
+            handler.answer(status, {"Content-Type": headers["Content-Type"]},
+                           b"".join(json.dumps(line).encode() + b"\n" for line in lines))
+            return True
         with Relay(self.server.port, late) as relay:
             for outcome in measure(self.gates, {**SHORT, "url": url_of(relay)}).values():
                 self.assertEqual(outcome["verdict"], "undecided", outcome)
-            self.assertEqual(relay.seen[("POST", "/v1/comparisons")], len(self.gates))
+            self.assertEqual(relay.seen[("POST", "/v1/batches")], 1)
 
 
 class Retries(Trouble):
@@ -164,17 +166,14 @@ class Retries(Trouble):
             self.assertEqual(relay.seen, {("HEAD", "/v1/meshes"): 4, ("PUT", "/v1/meshes"): 4})
 
     def test_an_answer_that_is_lost_is_not_computed_again(self):
-        self.lose_answers(1)
+        for measured in (self.gates, [self.gate(9)]):
+            with self.subTest(len(measured)):
+                self.lose_answers(measured)
 
-    def test_an_answer_to_one_of_many_that_is_lost_is_not_computed_again(self):
-        self.lose_answers(4, without_batches)
-
-    def lose_answers(self, count, meddle=lambda handler, seen: False):
+    def lose_answers(self, measured):
         lost = []
 
         def lose(handler, seen):
-            if meddle(handler, seen):
-                return True
             if handler.command != "POST" or seen % 2:
                 return False
             self.relay.forward(handler)
@@ -183,13 +182,12 @@ class Retries(Trouble):
             return True
         before = self.jobs()
         with Relay(self.server.port, lose) as self.relay:
-            self.assert_decided(measure(self.gates, {"url": url_of(self.relay)}))
-            path = "/v1/batches" if count == 1 else "/v1/comparisons"
-            keys = [h["Idempotency-Key"] for m, p, h in self.relay.headers if m == "POST" and p == path]
+            self.assert_decided(measure(measured, {"url": url_of(self.relay)}))
+            keys = [h["Idempotency-Key"] for m, p, h in self.relay.headers if m == "POST" and p == "/v1/batches"]
         self.assertGreater(len(lost), 0)
-        self.assertEqual(len(set(keys)), count)
-        until(lambda: self.jobs() - before >= 4)
-        self.assertEqual(self.jobs() - before, 4)
+        self.assertEqual(len(set(keys)), 1)
+        until(lambda: self.jobs() - before >= len(measured))
+        self.assertEqual(self.jobs() - before, len(measured))
 
     def jobs(self):
         lines = self.server.get("/metrics").body.decode().splitlines()
@@ -210,7 +208,7 @@ class Broken(Trouble):
                     self.assertIsNone(there[name]["error"])
                     self.assertEqual(without_chance(there[name]["document"]), without_chance(outcome["document"]))
 
-    def test_an_answer_for_another_comparison(self):
+    def test_an_answer_for_something_else(self):
         answer = self.server.compare(SQUARE, RAISED).body
 
         def confuse(handler, seen):
@@ -219,8 +217,6 @@ class Broken(Trouble):
             return handler.command == "POST"
         with Relay(self.server.port, confuse) as relay:
             self.assert_errors("its answer is not that to this batch", url_of(relay))
-            relay.meddle = lambda handler, seen: without_batches(handler, seen) or confuse(handler, seen)
-            self.assert_errors("its answer is not that to this comparison", url_of(relay))
 
 
 class Strangers(Trouble):
@@ -302,12 +298,13 @@ class Strangers(Trouble):
     def test_a_comparison_that_is_lost_again_and_again(self):
         def lose(handler, seen):
             if handler.command == "POST":
-                handler.answer(202, {}, json.dumps({"id": "%032x" % seen, "state": "queued"}).encode())
+                counts = {"total": 1, "queued": 1, "running": 0}
+                handler.answer(202, {}, json.dumps({"id": "%032x" % seen, "state": "running", "counts": counts}).encode())
             return handler.command == "POST"
         with Relay(self.server.port, lose) as relay:
             self.gates = self.gates[:1]
             self.assert_errors("has lost the comparison", url_of(relay))
-            self.assertEqual(relay.seen[("POST", "/v1/comparisons")], 3)
+            self.assertEqual(relay.seen[("POST", "/v1/batches")], 3)
 
     def test_words_that_a_terminal_or_a_log_would_obey(self):
         problem = {"type": "urn:meshgauge:problem:forbidden", "detail": "\x1b]0;x\x07\n::error::" + "x" * 100_000,

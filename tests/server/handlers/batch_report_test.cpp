@@ -100,7 +100,7 @@ TEST_CASE("batch document: counts, times and failures") {
   open.job->document = R"({"distance":{"lower":0,"upper":null}})";
   const json document = json::parse(
       to_json(batch(""), {row(1, "bad", store::JobState::done, "fail"), row(2, "", store::JobState::failed), open},
-              std::chrono::seconds(60)));
+              {}, std::chrono::seconds(60)));
   CHECK(document["name"].is_null());
   CHECK(document["state"] == "done");
   CHECK(document["finished"] == "1970-01-01T00:00:05.000Z");
@@ -121,10 +121,17 @@ TEST_CASE("batch document: running until the last comparison has ended, then can
   cancelled.cancel_requested = true;
   CHECK(json::parse(progress_json(cancelled))["state"] == "cancelled");
   cancelled.finished.reset();
-  const json running = json::parse(to_json(cancelled, {}, std::chrono::seconds(60)));
+  store::BatchRow begun = row(1, "begun", store::JobState::running);
+  begun.job->progress = store::Progress{0.5, 0.75, "reduce", ""};
+  const json running =
+      json::parse(to_json(cancelled, {}, {begun, row(2, "", store::JobState::running)}, std::chrono::seconds(60)));
   CHECK(running["state"] == "running");
   CHECK(running["finished"].is_null());
   CHECK(running["expires"].is_null());
+  CHECK(running["running"][0]["position"] == 1);
+  CHECK(running["running"][0]["comparison"] == std::string(32, '1'));
+  CHECK(running["running"][0]["progress"] == json{{"lower", 0.5}, {"upper", 0.75}, {"stage", "reduce"}});
+  CHECK(running["running"][1]["progress"].is_null());
 }
 
 TEST_CASE("batch document: a line for each result") {

@@ -207,6 +207,8 @@ TEST_CASE_TEMPLATE("batches: counts, rows that have ended, and failures first", 
   CHECK(rows(BatchStore::Rows::ended, 9, 3).empty());
   CHECK(rows(BatchStore::Rows::failures_first, 0, 10) == Names{"item 3", "item 8", "item 4", "item 6", "item 2"});
   CHECK(rows(BatchStore::Rows::failures_first, 0, 2) == Names{"item 3", "item 8"});
+  CHECK(rows(BatchStore::Rows::running, 0, 10) == Names{"item 1"});
+  CHECK(rows(BatchStore::Rows::running, 2, 10).empty());
   const BatchRow failed = got(stores.batches().batch_rows(key, BatchStore::Rows::failures_first, 0, 10))[2];
   CHECK(failed.position == 4);
   CHECK(failed.job->state == JobState::failed);

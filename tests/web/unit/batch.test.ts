@@ -23,7 +23,7 @@ const failure = (position: number, change: Partial<BatchFailure> = {}): BatchFai
 });
 const batch = (change: Partial<BatchCounts>, failures: BatchFailure[] = [], state: Batch["state"] = "done"): Batch => ({
   id, name: "nightly", state, created: "2026-03-01T12:00:00.000Z", finished: state === "running" ? null : "2026-03-01T12:00:09.000Z",
-  expires: null, counts: counts(change), failures,
+  expires: null, counts: counts(change), failures, running: [],
 });
 
 test("a line of the results and a failure are the same row", () => {

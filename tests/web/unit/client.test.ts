@@ -168,7 +168,7 @@ test("watching: an end event of a stopping service is not the job's end", async 
 
 test("watching a batch: through a break, and through a forgotten one", async () => {
   const counts = { total: 2, queued: 0, running: 1, done: 1, failed: 0, cancelled: 0, gone: 0, pass: 1, fail: 0, undecided: 0 };
-  const batch = (state: string) => ({ id, name: null, state, created: "", finished: null, expires: null, counts, failures: [] });
+  const batch = (state: string) => ({ id, name: null, state, created: "", finished: null, expires: null, counts, failures: [], running: [] });
   answers = [stream(`event: progress\ndata: ${JSON.stringify({ state: "running", counts })}\n\n`), json(batch("running")), stream(`event: end\ndata: ${JSON.stringify(batch("done"))}\n\n`)];
   const seen: number[] = [];
   const watcher = { progress: (event: { counts: { done: number } }) => void seen.push(event.counts.done), interrupted: () => void seen.push(-1) };
