@@ -8,6 +8,7 @@
 #include "api/base/problem.h"
 #include "api/compare/align.h"
 #include "api/options/names.h"
+#include "api/options/request.h"
 #include "api/result/json_of.h"
 #include "api/result/result_document.h"
 #include "check/remote/address.h"
@@ -147,13 +148,15 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked) {
   if (asked.align && !api::is_alignment_by(*alignment, *asked.align)) return false;
   const auto gate = comparison.find("gate");
   if (gate == comparison.end() || !gate->is_object()) return false;
-  const auto has = [](const Json& json, const char* member, const Json& wanted) {
+  const auto has = [](const Json& json, const std::string& member, const Json& wanted) {
     const auto found = json.find(member);
     return found == json.end() ? wanted.is_null() : *found == wanted;
   };
   const Json limits = api::gate_of(asked);  // of which none may have been left out, and none added
-  for (const char* name : {"max_distance", "max_share_beyond", "zone", "uncertainty"}) {
-    if (!has(*gate, name, limits.is_object() ? limits.value(name, Json()) : Json())) return false;
+  for (const Json* part : {&limits, &*gate}) {
+    for (const auto& [name, limit] : part->items()) {
+      if (api::is_about_limits(name) && !(has(limits, name, limit) && has(*gate, name, limit))) return false;
+    }
   }
   return has_regions(comparison, asked.regions) &&
          has(comparison, "expect", asked.expect.any() ? api::json_of(asked.expect) : Json());
