@@ -51,8 +51,8 @@ struct LimitEnds {
   double fail = 0;
 };
 inline LimitEnds ends_of(double limit, double uncertainty) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  return {changed_limit(limit, -uncertainty, -kFar), changed_limit(limit, uncertainty, kFar)};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {changed_limit(limit, -uncertainty, -kInfinity), changed_limit(limit, uncertainty, kInfinity)};
 }
 
 struct Options {
