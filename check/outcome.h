@@ -27,10 +27,8 @@ namespace meshgauge::check {
 // pass, fail, undecided: the interval against the limit (api/result/verdict.h), or an expectation. error: there is no
 // interval, because a file is missing or unreadable or the service cannot be reached.
 enum class Verdict { pass, fail, undecided, error };
-inline constexpr api::Name<Verdict> kVerdicts[] = {{Verdict::pass, "pass"},
-                                                   {Verdict::fail, "fail"},
-                                                   {Verdict::undecided, "undecided"},
-                                                   {Verdict::error, "error"}};
+inline constexpr api::Name<Verdict> kVerdicts[] = {
+    {Verdict::pass, "pass"}, {Verdict::fail, "fail"}, {Verdict::undecided, "undecided"}, {Verdict::error, "error"}};
 std::string_view to_string(Verdict verdict);
 Verdict verdict_of(api::Verdict verdict);
 

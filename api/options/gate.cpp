@@ -39,11 +39,10 @@ void read_max_share_beyond(const JsonValue& value, const std::string& at, Draft&
                                         " of distance and share, as " + kExample + ", not " +
                                         draft.reading.shown(value));
   ShareLimit& limit = draft.options.max_share_beyond.emplace();
-  const Reading::Member members[] = {
-      draft.reading.limit_into("distance", limit.distance),
-      {"share", [&](const JsonValue& v, const std::string& place) {
-         limit.share = draft.reading.share(v, "the area", place).value_or(0);
-       }}};
+  const Reading::Member members[] = {draft.reading.limit_into("distance", limit.distance),
+                                     {"share", [&](const JsonValue& v, const std::string& place) {
+                                        limit.share = draft.reading.share(v, "the area", place).value_or(0);
+                                      }}};
   draft.reading.members(value, members, at);
   for (const Reading::Member& one : members) {
     if (value.size() < std::size(members) && !value.contains(one.key))
@@ -79,7 +78,9 @@ constexpr LimitOption kLimits[] = {
        return limit ? Json{{"distance", limit->distance}, {"share", limit->share}} : Json(nullptr);
      }},
     {"zone", true, read_zone,
-     [](const Asked& o) { return o.zone ? Json{0 - o.zone->inside, o.zone->outside} : Json(nullptr); }},
+     [](const Asked& o) {
+       return o.zone ? Json{0 - o.zone->inside, o.zone->outside} : Json(nullptr);
+     }},
     {"uncertainty", false, read_uncertainty,
      [](const Asked& o) { return o.uncertainty != 0 ? Json(o.uncertainty) : Json(nullptr); }},
     {"narrow", false, read_narrow, [](const Asked&) { return Json(nullptr); }}};
@@ -121,8 +122,7 @@ void set_unit(Draft& draft) {
 
 std::optional<LengthUnit> read_unit(const JsonValue& value, const std::string& at, Reading& reading) {
   const auto unit = value.is_string() ? parse_unit(value.get_ref<const std::string&>()) : std::nullopt;
-  if (!unit)
-    reading.refuse(at, "must be a unit of length (" + unit_names() + "), not " + reading.shown(value));
+  if (!unit) reading.refuse(at, "must be a unit of length (" + unit_names() + "), not " + reading.shown(value));
   return unit;
 }
 

@@ -247,9 +247,8 @@ void check_direction(Draft& draft) {
   const Surface& words = draft.reading.surface;
   const ComparisonOptions& options = draft.options;
   if (options.direction == Direction::b_to_a && !draft.sides_at.empty())
-    draft.reading.refuse(draft.sides_at,
-                         "is about the points of " + std::string(words.a) + ": the direction must be symmetric or " +
-                             std::string(words.a_to_b));
+    draft.reading.refuse(draft.sides_at, "is about the points of " + std::string(words.a) +
+                                             ": the direction must be symmetric or " + std::string(words.a_to_b));
   if (options.direction != Direction::a_to_b) return;
   for (std::size_t i = 0; i < options.regions.size(); ++i) {
     if (!options.regions[i].is_group()) continue;

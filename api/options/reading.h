@@ -64,9 +64,8 @@ class Reading {
   // Members that are read into `out`, which a mistake leaves as it is. Borrow it.
   template <class Out>
   Member number_into(std::string_view key, Out& out, const Range& range) {
-    return into(key, out, [this, range](const JsonValue& value, const std::string& at) {
-      return number(value, range, at);
-    });
+    return into(key, out,
+                [this, range](const JsonValue& value, const std::string& at) { return number(value, range, at); });
   }
   template <class Out>
   Member boolean_into(std::string_view key, Out& out) {

@@ -67,7 +67,7 @@ Criterion of_region(const RegionOutcome& found, const ComparisonOptions& options
   return judged(std::move(criterion));
 }
 
-Criterion of_side(const char* side, double limit, SideBounds SideOutcome::* bounds, const Outcome& outcome,
+Criterion of_side(const char* side, double limit, SideBounds SideOutcome::*bounds, const Outcome& outcome,
                   const ComparisonOptions& options, const std::optional<LengthUnit>& unit) {
   Criterion criterion = of_limit(limit, options, 0, std::numeric_limits<double>::infinity(), "");
   criterion.side = side;
@@ -232,7 +232,7 @@ std::vector<Criterion> criteria_of(const Comparison& comparison, const std::vect
   return criteria;
 }
 
-// Of sides that are not known only the limits are: the larger one is as that of a pass, of both.
+// While sides are not known, only their limits are: then the larger one is shown, as of a pass.
 std::optional<DistanceLimit> shown_limit(std::span<const Criterion> criteria) {
   const auto area = std::ranges::find_if(criteria, [](const Criterion& c) { return c.beyond.has_value(); });
   if (area != criteria.end() && std::ranges::none_of(criteria, &Criterion::is_of_whole))
@@ -279,7 +279,9 @@ IntervalText figures_of(const Criterion& criterion) {
   if (ends.pass == ends.fail) return to_text(criterion.lower, criterion.upper, criterion.limit);
   const bool is_pass = criterion.verdict == Verdict::pass, is_fail = criterion.verdict == Verdict::fail;
   IntervalText text = to_text(criterion.lower, criterion.upper,
-                              is_pass ? ends.pass : is_fail ? ends.fail : criterion.limit);
+                              is_pass   ? ends.pass
+                              : is_fail ? ends.fail
+                                        : criterion.limit);
   text.limit = to_digits(criterion.limit, kWordDigits);
   return text;
 }

@@ -46,7 +46,7 @@ Json mismatch(const ReadNotes& notes) {
   return {{"file_name", name_or_null(notes.filename_says)}, {"media_type", name_or_null(notes.media_type_says)}};
 }
 
-// Its verdict, if it has a limit, is that of its criterion.
+// The verdict of a region that has a limit is that of its criterion.
 Json measured(const RegionOutcome& found) {
   const auto directed = [](const std::optional<Bounds>& bounds) {
     return bounds ? api::json_of(*bounds) : Json(nullptr);

@@ -226,9 +226,8 @@ std::string history_drawing(const Chart& chart) {
                std::min(top, kBottom - height), height);
   }
   const auto& last = runs.back();
-  const std::string limit = last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), chart.unit) +
-                                             margin_of(chart)
-                                       : "";
+  const std::string limit =
+      last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), chart.unit) + margin_of(chart) : "";
   return "<figure><figcaption>Last " + std::to_string(runs.size()) +
          " runs, the newest on the right: " + escaped(chart.what) + "</figcaption>" +
          drawing("history", kBottom + 2,

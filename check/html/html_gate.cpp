@@ -397,8 +397,7 @@ std::string sentence(const GateOutcome& outcome) {
   }
   std::string text, last;
   for (const Criterion& criterion : outcome.measured->criteria) {
-    const std::string limit =
-        criterion.beyond ? figures_of(criterion).limit + " %" : length_text(outcome, criterion);
+    const std::string limit = criterion.beyond ? figures_of(criterion).limit + " %" : length_text(outcome, criterion);
     std::string one = sentence_of(outcome, criterion, limit);
     if (one != last) text += one;
     last = std::move(one);

@@ -47,7 +47,7 @@ const char* stage_of(const std::string& stage) {
   return "read";
 }
 
-// Of a comparison that runs.
+// What a running comparison has told so far.
 Progress progress_from(const Json& comparison) {
   const auto found = comparison.find("progress");
   const Json progress = found != comparison.end() && found->is_object() ? *found : Json::object();

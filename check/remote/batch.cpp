@@ -102,8 +102,8 @@ Batch::Outcome Batch::answered(const HttpAnswer& reply) {
   if (is_any_of(reply.status, {400, 413, 422})) return refused(reply);
   const bool older = is_any_of(reply.status, {404, 405, 501}) && problem_from(std::string_view(reply.body));
   if (!older) return failed(reply);
-  const std::string what = "the service at " + client_.base() +
-                           " has no batches, since it is older than this program: update the service";
+  const std::string what =
+      "the service at " + client_.base() + " has no batches, since it is older than this program: update the service";
   return {Fate::failed, Error{ErrorCode::internal, what, "", "--server"}};
 }
 

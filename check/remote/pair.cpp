@@ -22,9 +22,7 @@ void Pair::report(const Progress& progress) {
   control_.report(progress_);
 }
 
-nlohmann::ordered_json Pair::asked() const {
-  return {{"a", a_}, {"b", b_}, {"options", api::json_of(gate_.request)}};
-}
+nlohmann::ordered_json Pair::asked() const { return {{"a", a_}, {"b", b_}, {"options", api::json_of(gate_.request)}}; }
 
 bool Pair::is_ours(const nlohmann::ordered_json& document) const {
   return sha256_of(document, "a") == a_ && sha256_of(document, "b") == b_ && is_answer_to(document, gate_);

@@ -144,12 +144,9 @@ Result<Done> History::keep(const std::string& time, const std::string& commit, R
 }
 
 Json json_of(const PastRun& run) {
-  return {{"commit", text_or_null(run.commit)},
-          {"verdict", to_string(run.verdict)},
-          {"lower", number_or_null(run.lower)},
-          {"upper", number_or_null(run.upper)},
-          {"limit", number_or_null(run.limit)},
-          {"unit", text_or_null(run.unit)}};
+  return {{"commit", text_or_null(run.commit)}, {"verdict", to_string(run.verdict)},
+          {"lower", number_or_null(run.lower)}, {"upper", number_or_null(run.upper)},
+          {"limit", number_or_null(run.limit)}, {"unit", text_or_null(run.unit)}};
 }
 
 Json json_of(const std::map<std::string, PastCriterion>& criteria) {

@@ -73,9 +73,7 @@ std::string length_in_words(const GateOutcome& outcome, double limit) {
 }
 
 // " inside"; empty: the limit is of no side.
-std::string side_of(const Criterion& criterion) {
-  return criterion.side.empty() ? "" : " " + criterion.side;
-}
+std::string side_of(const Criterion& criterion) { return criterion.side.empty() ? "" : " " + criterion.side; }
 
 // "0.05 mm"; "0.05 mm inside"; "1 % beyond 0.05 mm".
 std::string limit_in_words(const GateOutcome& outcome, const Criterion& criterion) {

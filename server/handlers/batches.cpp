@@ -31,8 +31,8 @@ using Due = std::optional<Clock::time_point>;
 
 constexpr std::size_t kRowsShown = 100;  // of each list in a batch's document
 constexpr std::size_t kRowsOfPage = 100;
-constexpr std::size_t kMostErrors = 100;             // that name meshes which are not stored
-constexpr milliseconds kEventGap{500};               // between two events of a stream
+constexpr std::size_t kMostErrors = 100;  // that name meshes which are not stored
+constexpr milliseconds kEventGap{500};    // between two events of a stream
 // Between two looks at a batch that a client waits for: a share of its age, so that the answer is late by that share.
 constexpr int kLooksOfAge = 20;
 constexpr milliseconds kFirstLook{5}, kLastLook{500};

@@ -70,7 +70,7 @@ TEST_CASE("result facts: each side has its direction, and the witness is that of
   CHECK(b.witness->to_triangle == 2);
 }
 
-TEST_CASE("result facts: the limit is that of the criteria; of one side it has that side") {
+TEST_CASE("result facts: the limit is that of the criteria, and of one side has that side") {
   json of = document();
   of["criteria"] = json::array();
   for (const auto& [side, most] : {std::pair("inside", 0.0), std::pair("outside", 5.0)}) {

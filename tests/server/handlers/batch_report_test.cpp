@@ -99,8 +99,8 @@ TEST_CASE("batch document: counts, times and failures") {
   store::BatchRow open = row(4, "unknown", store::JobState::done, "undecided");
   open.job->document = R"({"distance":{"lower":0,"upper":null}})";
   const json document = json::parse(
-      to_json(batch(""), {row(1, "bad", store::JobState::done, "fail"), row(2, "", store::JobState::failed), open},
-              {}, std::chrono::seconds(60)));
+      to_json(batch(""), {row(1, "bad", store::JobState::done, "fail"), row(2, "", store::JobState::failed), open}, {},
+              std::chrono::seconds(60)));
   CHECK(document["name"].is_null());
   CHECK(document["state"] == "done");
   CHECK(document["finished"] == "1970-01-01T00:00:05.000Z");
