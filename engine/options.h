@@ -49,6 +49,8 @@ inline double changed_limit(double limit, double change, double towards) {
 struct LimitEnds {
   double pass = 0;
   double fail = 0;
+
+  bool are_apart() const { return pass < fail; }
 };
 inline LimitEnds ends_of(double limit, double uncertainty) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();

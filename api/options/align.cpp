@@ -61,21 +61,21 @@ std::optional<AlignOptions> read_members(const JsonValue& value, const std::stri
   options.fit = !value.contains("transform");
   const std::size_t mistakes = reading.mistakes.size();
   std::string needs_fit;
-  const Reading::Member members[] = {{"transform",
-                                      [&](const JsonValue& v, const std::string& place) {
-                                        if (const auto motion = read_transform(v, place, reading))
-                                          options.start = *motion;
-                                      }},
+  const auto transform = [&](const JsonValue& v, const std::string& place) {
+    if (const auto motion = read_transform(v, place, reading)) options.start = *motion;
+  };
+  const auto principal_axes = [&](const JsonValue& v, const std::string& place) {
+    options.principal_axes = reading.boolean(v, place).value_or(false);
+    if (options.principal_axes) needs_fit = place;
+  };
+  const auto overlap = [&](const JsonValue& v, const std::string& place) {
+    options.overlap = reading.number(v, kOverlapRange, place).value_or(1);
+    needs_fit = place;
+  };
+  const Reading::Member members[] = {{"transform", transform},
                                      reading.boolean_into("fit", options.fit),
-                                     {"principal_axes",
-                                      [&](const JsonValue& v, const std::string& place) {
-                                        options.principal_axes = reading.boolean(v, place).value_or(false);
-                                        if (options.principal_axes) needs_fit = place;
-                                      }},
-                                     {"overlap", [&](const JsonValue& v, const std::string& place) {
-                                        options.overlap = reading.number(v, kOverlapRange, place).value_or(1);
-                                        needs_fit = place;
-                                      }}};
+                                     {"principal_axes", principal_axes},
+                                     {"overlap", overlap}};
   reading.members(value, members, at);
   if (reading.mistakes.size() > mistakes) return std::nullopt;
   if (!options.fit && !value.contains("transform"))

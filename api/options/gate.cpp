@@ -170,8 +170,8 @@ bool uncertainty_fits(const ComparisonOptions& options) {
 void resolve_shares(ComparisonOptions& options, double diagonal) {
   if (!std::exchange(options.units.limit_of_diagonal, false)) return;
   options.units.limit_of_b = true;
-  const auto resolve = [diagonal](double& share) {
-    share = std::min(share * diagonal, std::numeric_limits<double>::max());
+  const auto resolve = [diagonal](double& share) {  // none of an unknown diagonal is none, too
+    if (share != 0) share = std::min(share * diagonal, std::numeric_limits<double>::max());
   };
   for_each_length(options, resolve);
   resolve(options.uncertainty);
@@ -187,7 +187,7 @@ Options engine_options(const ComparisonOptions& options) {
   if (!engine.areas) engine.areas.emplace();
   const auto& [distance, share] = *options.max_share_beyond;
   const LimitEnds ends = options.ends(distance);
-  if (ends.pass < ends.fail) engine.areas->beyond.push_back({ends.pass, share});
+  if (ends.are_apart()) engine.areas->beyond.push_back({ends.pass, share});
   engine.areas->beyond.push_back({ends.fail, share});
   return engine;
 }

@@ -9,10 +9,11 @@
 
 namespace meshgauge::api {
 
-// Whether something could pass: no limit of a distance, of a region's or of the area's ends (Options::ends()) below 0.
+// Whether something could pass: no limit of a distance has an end below 0 (Options::ends()).
 bool uncertainty_fits(const ComparisonOptions& options);
 
-// Replaces limits that are fractions of the diagonal of mesh b's bounding box by lengths in the unit of mesh b.
+// Replaces limits that are fractions of the diagonal of mesh b's bounding box by lengths in the unit of mesh b; NaN: of
+// a diagonal that is not known.
 void resolve_shares(ComparisonOptions& options, double diagonal);
 
 // Returns the engine's options, with what the limits ask of the sides, and of the areas, at the end of their questions.

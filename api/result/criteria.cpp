@@ -100,7 +100,7 @@ Criterion of_share(const Outcome& outcome, const ComparisonOptions& options) {
   Criterion share = of_limit(most, options, 0, 0, area_status(areas));
   share.of = Criterion::Of::share;
   share.beyond = beyond;
-  const std::size_t asked = options.uncertainty > 0 ? 2 : 1;
+  const std::size_t asked = options.ends(beyond).are_apart() ? 2 : 1;
   const auto add = [&](const std::optional<AreaBounds>& found) {
     const bool known = found && found->beyond.size() >= asked;
     share.lower = std::max(share.lower, known ? found->beyond.back().lower : 0);
@@ -276,13 +276,11 @@ IntervalText figures_of(const Criterion& criterion) {
     return to_text(shown.lower, shown.upper, shown.limit);
   }
   const LimitEnds ends = criterion.ends();
-  if (ends.pass == ends.fail) return to_text(criterion.lower, criterion.upper, criterion.limit);
-  const bool is_pass = criterion.verdict == Verdict::pass, is_fail = criterion.verdict == Verdict::fail;
-  IntervalText text = to_text(criterion.lower, criterion.upper,
-                              is_pass   ? ends.pass
-                              : is_fail ? ends.fail
-                                        : criterion.limit);
-  text.limit = to_digits(criterion.limit, kWordDigits);
+  double shown = criterion.limit;
+  if (criterion.verdict == Verdict::pass) shown = ends.pass;
+  if (criterion.verdict == Verdict::fail) shown = ends.fail;
+  IntervalText text = to_text(criterion.lower, criterion.upper, shown);
+  if (ends.are_apart()) text.limit = to_digits(criterion.limit, kWordDigits);
   return text;
 }
 

@@ -1,6 +1,5 @@
 #include "api/result/json_of.h"
 
-#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -88,11 +87,7 @@ Json of_side(const SideBounds& found) {
 
 }  // namespace
 
-Json number_or_null(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }
-
-Json interval(double lower, double upper) {
-  return {{"lower", number_or_null(lower)}, {"upper", number_or_null(upper)}};
-}
+Json interval(double lower, double upper) { return {{"lower", lower}, {"upper", upper}}; }
 
 Json json_of(const Bounds& bounds) {
   Json json = interval(bounds.lower, bounds.upper);

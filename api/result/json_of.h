@@ -12,7 +12,6 @@
 
 namespace meshgauge::api {
 
-Json number_or_null(double number);  // null: it is not finite, which JSON cannot say
 Json interval(double lower, double upper);
 Json json_of(const Bounds& bounds);
 Json json_of(const std::optional<Directed>& directed);

@@ -1,5 +1,6 @@
 #include "api/result/response.h"
 
+#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <optional>
@@ -23,9 +24,9 @@ Json json_of(const Tolerance& tolerance, const Outcome& outcome) {
   const double width = outcome.upper - outcome.lower;
   return {{"asked", api::json_of(tolerance)},
           {"reached",
-           {{"absolute", number_or_null(width)},
-            {"diagonal", number_or_null(ratio(width, outcome.diagonal_a))},
-            {"relative", number_or_null(ratio(width, outcome.lower))}}},
+           {{"absolute", width},
+            {"diagonal", ratio(width, outcome.diagonal_a)},
+            {"relative", ratio(width, outcome.lower)}}},
           {"met_by", outcome.met_by ? Json(name_of(kRules, *outcome.met_by)) : Json(nullptr)}};
 }
 
@@ -93,6 +94,13 @@ void add_limits(const std::vector<Criterion>& criteria, const std::optional<Leng
   Json& all = json["criteria"] = Json::array();
   const std::string_view name = unit ? to_string(*unit) : std::string_view();
   for (const Criterion& one : criteria) all.push_back(api::json_of(one, name));
+}
+
+// JSON has no infinity and no NaN: they become null.
+void make_finite(Json& json) {
+  if (json.is_number_float() && !std::isfinite(json.get<double>())) json = nullptr;
+  if (!json.is_structured()) return;
+  for (Json& one : json) make_finite(one);
 }
 
 }  // namespace
@@ -163,6 +171,7 @@ Json document_of(const Comparison& comparison) {
   if (outcome.areas) json["areas"] = json_of(*outcome.areas);
   if (outcome.sides) json["sides"] = json_of(*outcome.sides, unit.unit);
   add_limits(criteria, unit.unit, json);
+  make_finite(json);
   return json;
 }
 

@@ -37,8 +37,10 @@ std::optional<ResultDirection> direction_of(const Json& document, const char* na
 // Results of before 0.2.0 have no criteria, and one limit. What is no criterion is left out.
 std::optional<DistanceLimit> limit_of(const Json& document) {
   std::vector<Criterion> criteria;
-  for (const Json& json : document.value("criteria", Json::array())) {
-    if (auto criterion = read_criterion(json)) criteria.push_back(*std::move(criterion));
+  if (const auto found = document.find("criteria"); found != document.end()) {
+    for (const Json& json : *found) {
+      if (auto criterion = read_criterion(json)) criteria.push_back(*std::move(criterion));
+    }
   }
   const Json::json_pointer old("/gate/max_distance");
   const bool is_old = criteria.empty() && document.contains(old) && document.at(old).is_number();

@@ -120,7 +120,7 @@ void Measurement::search_whole() {
   conclude(search_all());
   // The gate cannot pass any more: whether it fails is another limit.
   const LimitEnds ends = options_.ends(options_.max_distance.value_or(0));
-  if (limit_ && ends.pass < ends.fail && outcome_.stop == Stop::gate_decided && outcome_.lower > *limit_) {
+  if (limit_ && ends.are_apart() && outcome_.stop == Stop::gate_decided && outcome_.lower > *limit_) {
     set_gate(ends.fail);
     if (!gate_decided(limit_, outcome_.lower, outcome_.upper)) conclude(search_anew());
   }

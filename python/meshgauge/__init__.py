@@ -91,6 +91,7 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
         TimeoutError: the time was over before both meshes were read, or all vertices measured.
         MemoryError: there is no memory for a copy that is needed.
     """
+    # First, while the arguments are the only locals.
     options = {name: value for name, value in locals().items() if name not in ("a", "b", "vertex_distances")}
     sources = _meshes.source_of(a, "a"), _meshes.source_of(b, "b")
     if units is None:

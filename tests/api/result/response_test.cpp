@@ -112,10 +112,12 @@ TEST_CASE("response: the document equals what is parsed of its text") {
   comparison.outcome.upper = kInfinity;
   comparison.outcome.a_to_b->bounds.upper = kInfinity;
   comparison.outcome.diagonal_a = 0;
+  comparison.options.zone = SideOptions::Zone{0.1, 0.1};  // of which nothing is known
   const nlohmann::ordered_json document = api::document_of(comparison);
   CHECK(document == nlohmann::ordered_json::parse(to_json(comparison)));
   CHECK(document["distance"]["upper"].is_null());
   CHECK(document["tolerance"]["reached"]["absolute"].is_null());
+  CHECK(document["criteria"].back()["upper"].is_null());
 }
 
 TEST_CASE("response: the samples per piece are reported only for n_point") {
