@@ -13,8 +13,9 @@
 
 namespace meshgauge::check {
 
-// A gate to measure. `control` carries cancellation (Ctrl-C) and the watcher of the progress bar; the measurer sets its
-// deadline to the gate's timeout. Of several gates that are measured together, cancelling one control cancels all.
+// A gate to measure. `control` carries cancellation (Ctrl-C) and the watcher of the progress bar; a measurer in this
+// process sets its deadline to the gate's timeout. Of several gates that are measured together, cancelling one control
+// cancels all.
 struct Task {
   const Gate* gate = nullptr;
   Control* control = nullptr;

@@ -32,7 +32,7 @@ namespace meshgauge::check::service {
 namespace {
 
 constexpr std::size_t kMostOfBatch = 1000;
-constexpr int kAttempts = 3;  // batches in a row that bring no result
+constexpr int kAttempts = 3;  // maximum number of batches in a row that bring no result
 
 // State that all gates of a run share. Thread safe.
 struct Shared {
@@ -112,7 +112,7 @@ class Together {
       const Places left = left_of(places);
       if (left.empty()) return;
       if (left.size() < places.size()) attempt = 0;
-      const bool lost = fate == Fate::ended || fate == Fate::unknown_mesh;
+      const bool lost = fate == Fate::lost || fate == Fate::unknown_mesh;
       if (!lost || attempt == kAttempts) {
         if (left.size() > 1 && (fate == Fate::refused || fate == Fate::unknown_mesh)) return halve(left);
         for (const std::size_t place : left) tell(place, error);
@@ -176,7 +176,7 @@ class Together {
       const bool stopped = task.control->check() == Interruption::cancelled;
       return tell(place, stopped ? cancelled() : error_of(*end.problem, *task.gate, base));
     }
-    const auto took = tasks_.size() > 1 ? run_ms(*end.document) : std::nullopt;  // waiting counts for a gate alone
+    const auto took = tasks_.size() > 1 ? run_ms(*end.document) : std::nullopt;  // one gate's time includes waiting
     // Removed, since the document must not depend on whether a service measured.
     const std::string view = take_view(*end.document);
     auto measured = measured_from(*std::move(end.document), *task.gate);

@@ -191,8 +191,8 @@ std::string interval_line(const Criterion& criterion) {
     return std::isfinite(share) ? share / (1 + share) : 1;
   };
   const LimitEnds ends = criterion.ends();
-  const bool is_one = ends.pass == ends.fail;
-  const double pass = is_one ? 0.5 : place(ends.pass), fail = is_one ? 0.5 : place(ends.fail);
+  const bool apart = ends.are_apart();
+  const double pass = apart ? place(ends.pass) : 0.5, fail = apart ? place(ends.fail) : 0.5;
   std::string out =
       box("zone pass", 0, pass, 3, 14) + box("zone fail", fail, 1, 3, 14) + box("zone-hatch", fail, 1, 3, 14);
   out += interval_bar(place(criterion.lower), place(criterion.upper), verdict_of(criterion.verdict), 7, 6) +
@@ -215,7 +215,7 @@ std::string history_drawing(const Chart& chart) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const PastRun& run = runs[i];
     const double from = static_cast<double>(i) * width;
-    if (const LimitEnds ends = run.ends(); run.limit && ends.pass < ends.fail) {
+    if (const LimitEnds ends = run.ends(); run.limit && ends.are_apart()) {
       const int top = y(ends.fail);
       out += box("uncertain-step", from, from + width, top, y(ends.pass) - top);
     }

@@ -47,7 +47,7 @@ const char* stage_of(const std::string& stage) {
   return "read";
 }
 
-// What a running comparison has told so far.
+// Interval and stage of a running comparison.
 Progress progress_from(const Json& comparison) {
   const auto found = comparison.find("progress");
   const Json progress = found != comparison.end() && found->is_object() ? *found : Json::object();
@@ -94,6 +94,21 @@ std::vector<std::pair<std::size_t, Progress>> running_from(const Json& batch, st
   return running;
 }
 
+// Whether it has the regions asked for, and the rest.
+bool has_regions(const Json& comparison, const std::vector<Region>& asked_for) {
+  const auto found = comparison.find("regions");
+  if (found == comparison.end()) return asked_for.empty();
+  if (asked_for.empty() || !found->is_array() || found->size() != asked_for.size() + 1) return false;
+  for (std::size_t i = 0; i < asked_for.size(); ++i) {
+    if (!found->at(i).is_object()) return false;
+    const Json region = api::json_of(asked_for[i]);
+    for (const auto& [member, asked] : region.items()) {
+      if (!found->at(i).contains(member) || found->at(i).at(member) != asked) return false;
+    }
+  }
+  return true;
+}
+
 std::string hint(int status, bool has_key) {
   if (status == 401) {
     return has_key ? " (the key is not accepted)" : " (give a key by --key-file or MESHGAUGE_KEY)";
@@ -122,21 +137,6 @@ std::string sha256_of(const Json& comparison, const char* part) {
   if (meshes == comparison.end() || !meshes->is_object()) return "";
   const auto mesh = meshes->find(part);
   return mesh != meshes->end() && mesh->is_object() ? text(*mesh, "sha256") : "";
-}
-
-// Whether it has the regions asked for, and the rest.
-bool has_regions(const Json& comparison, const std::vector<Region>& asked_for) {
-  const auto found = comparison.find("regions");
-  if (found == comparison.end()) return asked_for.empty();
-  if (asked_for.empty() || !found->is_array() || found->size() != asked_for.size() + 1) return false;
-  for (std::size_t i = 0; i < asked_for.size(); ++i) {
-    if (!found->at(i).is_object()) return false;
-    const Json region = api::json_of(asked_for[i]);
-    for (const auto& [member, asked] : region.items()) {
-      if (!found->at(i).contains(member) || found->at(i).at(member) != asked) return false;
-    }
-  }
-  return true;
 }
 
 bool is_answer_to(const Json& comparison, const Gate& gate_asked) {

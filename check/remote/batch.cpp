@@ -69,6 +69,7 @@ bool BatchResults::take_line(std::string_view text) {
 }
 
 Batch::Outcome Batch::measure() {
+  if (control_.check() == Interruption::cancelled) return {Fate::failed, cancelled()};
   document_ = document();
   const auto reply = client_.ask(request(), control_);
   if (reply) return answered(*reply);
@@ -123,7 +124,7 @@ Batch::Outcome Batch::refused(const HttpAnswer& reply) const {
 
 Batch::Outcome Batch::lost() const {
   const std::string what = "the service at " + client_.base() + " has lost the comparison";
-  return {Fate::ended, Error{ErrorCode::internal, what, "", "--server"}};
+  return {Fate::lost, Error{ErrorCode::internal, what, "", "--server"}};
 }
 
 Batch::Outcome Batch::failed(const HttpAnswer& reply) const {

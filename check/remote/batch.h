@@ -50,14 +50,14 @@ class Batch final : private BatchLineSink {
  public:
   // Why pairs have no result that was reported.
   enum class Fate {
-    ended,         // the service has none, or no longer knows the batch
+    lost,          // the service has none, or no longer knows the batch
     unknown_mesh,  // the service lacks a mesh
     refused,       // the batch is too large, or one of its pairs is refused
     failed,        // cancelled, or the service fails
   };
   struct Outcome {
-    Fate fate = Fate::ended;
-    Error error;  // of these pairs; with `unknown_mesh` and `refused` of a batch of one pair
+    Fate fate = Fate::lost;
+    Error error;  // of these pairs; with `unknown_mesh` and `refused` it holds for a batch of one pair alone
   };
   // What happens to the batch. Called on the thread of measure().
   class Listener {
@@ -110,7 +110,7 @@ class Batch final : private BatchLineSink {
   Listener& listener_;
   std::string document_;  // the request
   std::vector<bool> reported_;
-  std::size_t known_ = 0;   // ended pairs at the last poll
+  std::size_t known_ = 0;   // pairs that were reported
   Clock::time_point read_;  // time of the last read of results
 };
 

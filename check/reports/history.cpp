@@ -65,7 +65,7 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
   Json json{{"time", time}, {"commit", nullptr}, {"gate", outcome.gate.name}};
-  json.update(json_of(run));
+  json.update(json_of(run));  // the commit keeps its place
   if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
   json["criteria"] = json_of(run.criteria);
   return json;

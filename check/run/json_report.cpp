@@ -14,7 +14,7 @@ using api::Json;
 using api::text_or_null;
 
 // In `.limit`: the limits as measured or, without a measurement, as far as the manifest says them: a length that is a
-// share of a diagonal is null. Behind the distance they stand in the other order than in a request.
+// share of a diagonal is null. After max_distance they are in the reverse order of a request.
 Json limits_of(const GateOutcome& outcome) {
   const Gate& gate = outcome.gate;
   const Json asked = api::gate_of(gate.request.options),

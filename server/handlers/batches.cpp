@@ -285,11 +285,13 @@ std::optional<store::Batch> Batches::find(Exchange& exchange) {
   return std::move(*batch);
 }
 
+// Asks for no more rows than were counted: the search for those that run ends with the last one.
 Result<std::string> Batches::document(const store::Batch& batch) {
   const store::BatchCounts& counts = batch.counts;
   const auto rows = [&](std::uint64_t count, BatchStore::Rows which) {
     using Rows = Result<std::vector<store::BatchRow>>;
-    return count > 0 ? batches_.batch_rows(batch.key, which, 0, kRowsShown) : Rows(std::vector<store::BatchRow>());
+    const std::size_t most = std::min<std::uint64_t>(count, kRowsShown);
+    return most > 0 ? batches_.batch_rows(batch.key, which, 0, most) : Rows(std::vector<store::BatchRow>());
   };
   const auto failures =
       rows(counts.fail + counts.undecided + counts.failed + counts.cancelled, BatchStore::Rows::failures_first);
@@ -316,13 +318,17 @@ void Batches::get(Exchange& exchange) {
   const auto place = first->finished || wait == milliseconds(0) ? nullptr : watchers_.take(exchange.owner);
   if (!place) return send(exchange, *first, 200);
   exchange.response.later = [this, place, unended = first->counts.queued + first->counts.running,
-                             until = Clock::now() + wait](Exchange& later) -> Due {
-    const auto batch = find(later);
+                             until = Clock::now() + wait,
+                             next = Clock::now() + look_interval(*first)](Exchange& later) mutable -> Due {
     const auto now = Clock::now();
-    const bool waits = batch && batch->counts.queued + batch->counts.running == unended && now < until &&
-                       !later.client_gone && !jobs_.stopping();
-    if (waits) return std::min<Clock::time_point>(until, now + look_interval(*batch));
+    const bool waits = now < until && !later.client_gone && !jobs_.stopping();
+    if (waits && now < next) return next;
+    const auto batch = find(later);
     if (!batch) return std::nullopt;
+    if (waits && batch->counts.queued + batch->counts.running == unended) {
+      next = std::min<Clock::time_point>(until, now + look_interval(*batch));
+      return next;
+    }
     later.response.headers.emplace_back("Preference-Applied", later.preferences.applied);
     send(later, *batch, 200);
     return std::nullopt;

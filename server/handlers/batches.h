@@ -29,8 +29,8 @@ class Batches {
   static constexpr std::uint64_t kMostUnended = 10;
   static constexpr std::uint64_t kMostBatches = 200;
 
-  // Borrows all but the first. Precondition: stores.batches is not null. `jobs`: when they stop, event streams end, and
-  // clients reconnect elsewhere. `watchers`: limits clients that occupy a connection for long.
+  // Borrows all but the first. Precondition: stores.batches is not null. `jobs`: when they stop, event streams and
+  // waits end, and clients reconnect elsewhere. `watchers`: limits clients that occupy a connection for long.
   Batches(const Settings& settings, const Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads,
           ConnectionLimit& watchers);
 

@@ -269,14 +269,13 @@ inline constexpr auto kItemsWithJobs = "SELECT" + kJobColumns + R"sql(, position
     FROM (SELECT item.position, item.name AS item_name, jobs.* FROM batch_items AS item )sql" +
                                        Db::kJobOfItem + R"sql(
       WHERE item.owner = $1 AND item.batch = $2 AND item.position >= $3 AND )sql";
-template <class Db>
-inline constexpr auto kEndedItems = kItemsWithJobs<Db> + R"sql((state >= 2 OR state IS NULL)
+inline constexpr Sql kByPosition(R"sql(
       ORDER BY item.position LIMIT $4) AS item
-    ORDER BY position)sql";
+    ORDER BY position)sql");
 template <class Db>
-inline constexpr auto kRunningItems = kItemsWithJobs<Db> + R"sql(state = 1
-      ORDER BY item.position LIMIT $4) AS item
-    ORDER BY position)sql";
+inline constexpr auto kEndedItems = kItemsWithJobs<Db> + "(state >= 2 OR state IS NULL)" + kByPosition;
+template <class Db>
+inline constexpr auto kRunningItems = kItemsWithJobs<Db> + "state = 1" + kByPosition;
 template <class Db>
 inline constexpr auto kFailedItems = kItemsWithJobs<Db> + kBadness + " IS NOT NULL ORDER BY" + kBadness +
                                      ", item.position LIMIT $4) AS item ORDER BY" + kBadness + ", position";
