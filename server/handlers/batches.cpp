@@ -317,7 +317,7 @@ void Batches::get(Exchange& exchange) {
   const auto wait = exchange.preferences.wait.value_or(milliseconds(0));
   const auto place = first->finished || wait == milliseconds(0) ? nullptr : watchers_.take(exchange.owner);
   if (!place) return send(exchange, *first, 200);
-  exchange.response.later = [this, place, unended = first->counts.queued + first->counts.running,
+  exchange.response.later = [this, place, wait, unended = first->counts.queued + first->counts.running,
                              until = Clock::now() + wait,
                              next = Clock::now() + look_interval(*first)](Exchange& later) mutable -> Due {
     const auto now = Clock::now();
@@ -329,7 +329,8 @@ void Batches::get(Exchange& exchange) {
       next = std::min<Clock::time_point>(until, now + look_interval(*batch));
       return next;
     }
-    later.response.headers.emplace_back("Preference-Applied", later.preferences.applied);
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(wait).count();
+    later.response.headers.emplace_back("Preference-Applied", "wait=" + std::to_string(seconds));
     send(later, *batch, 200);
     return std::nullopt;
   };

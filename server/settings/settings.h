@@ -99,7 +99,7 @@ void for_each_setting(SomeSettings& s, Visit visit) {
         s.max_queued_jobs);
   visit({"max_event_streams",
          "Maximum number of clients following events or waiting with Prefer: wait, half of them of one key; beyond it: "
-         "503"},
+         "503, and the state of a batch at once"},
         s.max_event_streams);
   visit({"io_threads", "Threads that handle requests; a request that is waited for, or that waits, takes none"},
         s.io_threads);

@@ -122,7 +122,7 @@ class Surfaces(ServerCase):
         return (json.loads(run.stdout)["gates"] if run.stdout else []), run.stderr
 
     def errors_of(self, mistakes):
-        """For each of these requests, what a manifest of fifty says of it: a line each, and a report names a hundred mistakes at most."""
+        """Returns the messages of `check` for each request. A manifest has fifty, since a report names a hundred mistakes at most."""
         found = [[] for _ in mistakes]
         for first in range(0, len(mistakes), 50):
             for gate in self.manifest(mistakes[first:first + 50])[0]:

@@ -213,6 +213,7 @@ TEST_CASE("request: a zone and sides") {
   CHECK(parse_options(R"({"sides": true})")->options.sides.has_value());
   CHECK(!parse_options(R"({"sides": false})")->options.sides);
   CHECK(parse_options(R"({"gate": {"zone": [0, 0]}})")->options.zone == SideOptions::Zone{});
+  CHECK(!std::signbit(parse_options(R"({"gate": {"zone": [-0.0, 0]}})")->options.zone->inside));
   for (const char* zone : {"0.1", "[0.1]", "[-1, 1, 2]", "null", "{}"}) {
     CAPTURE(zone);
     CHECK(refusal(R"({"gate": {"zone": )" + std::string(zone) + "}}").where == "/gate/zone");

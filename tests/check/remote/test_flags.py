@@ -74,11 +74,17 @@ class Command(Workplace):
         result = self.exits(3, *self.pair, "--server", url_of(self.server))
         self.assertIn("give a key by --key-file or MESHGAUGE_KEY", result.stdout)
 
+    def stages(self):
+        """The stage of each comparison that runs."""
+        batches = [self.server.get("/v1/batches/" + line["id"], extra=bearer(self.token)).json()
+                   for line in requests(self.server, "POST", "/v1/batches")]
+        return [one["progress"]["stage"] for batch in batches for one in batch["running"] if one["progress"]]
+
     def test_an_interrupt_ends_with_the_interval(self):
         a, b = self.file("1.obj", SLOW["a"]), self.file("2.obj", SLOW["b"])
         process = self.start(a, b, "--max-distance", "1e-9", "--strategy", "four_point", "--timeout", "100 s", "--json",
                              *self.with_key())
-        until(lambda: len(requests(self.server, "GET", "/v1/batches/")) > 2)
+        until(lambda: set(self.stages()) & {"traverse", "reduce"})
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 2)

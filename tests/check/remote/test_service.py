@@ -262,17 +262,6 @@ class Cancelling(Case):
         self.assertEqual((outcome["verdict"], outcome["document"]["status"]), ("undecided", "cancelled"))
         until(lambda: metric(server, "meshgauge_jobs_running") == 0)
 
-    def test_in_the_middle_of_asking(self):
-        server = self.start()
-        with Relay(server.port) as relay:
-            run = Run([self.slow()], {"url": url_of(relay)})
-            until(lambda: relay.seen.get(("POST", "/v1/batches")))
-            run.interrupt()
-            (outcome,) = run.ended()
-        self.assertEqual(outcome["verdict"], "undecided")
-        self.assertIsNone(outcome["error"])
-        until(lambda: metric(server, "meshgauge_jobs_running") == 0 and metric(server, "meshgauge_queue_depth") == 0)
-
     def test_while_a_file_is_sent(self):
         server = self.start()
         held = []
@@ -290,15 +279,6 @@ class Cancelling(Case):
             run.interrupt()
             (outcome,) = run.ended()
         self.assertEqual((outcome["verdict"], outcome["error"]), ("undecided", None))
-
-    def test_while_the_service_is_gone(self):
-        server = self.start()
-        run = Run([self.slow()], {"url": url_of(server)})
-        until(lambda: requests(server, "GET", "/v1/batches/"))
-        server.stop(signal.SIGKILL)
-        run.interrupt()
-        (outcome,) = run.ended()
-        self.assertEqual((outcome["verdict"], outcome["interrupted"]), ("undecided", True))
 
 
 if __name__ == "__main__":

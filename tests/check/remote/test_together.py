@@ -130,17 +130,9 @@ class Taken(Case):
             self.assertEqual(relay.seen[("POST", PATH)], 2)
 
     def test_results_that_are_gone_are_asked_for_again(self):
-        def lose(handler, seen):
-            if not handler.path.endswith("/results.jsonl"):
-                return False
-            status, headers, body = relay.forward(handler)
-            lines = [json.loads(line) for line in body.splitlines()]
-            gone = {"state": "gone", "comparison": None, "result": None}
-            lines = [{**line, **gone} if line["position"] == 1 else line for line in lines]  # in whichever answer it comes
-            body = b"".join(json.dumps(line).encode() + b"\n" for line in lines)
-            handler.answer(status, {"Content-Type": headers["Content-Type"]}, body)
-            return True
-        with Relay(self.server.port, lose) as relay:
+        gone = {"state": "gone", "comparison": None, "result": None}
+        with Relay(self.server.port) as relay:
+            relay.change_results(lambda line: {**line, **gone} if line["position"] == 1 else line)  # in whichever answer it comes
             self.assert_decided(measure(self.gates, {"url": url_of(relay)}))
             self.assertEqual(relay.seen[("POST", PATH)], 2)
 
