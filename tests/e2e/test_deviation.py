@@ -249,14 +249,14 @@ class Refusals(ServerCase):
         self.server.send("DELETE", running)
 
     def test_a_mesh_that_is_not_kept_is_named_and_may_be_sent_again(self):
-        a = SQUARE + b"# not stored by others\n"
-        path = "/v1/comparisons/" + self.server.compare(a=a).headers["x-request-id"]
+        a, b = (mesh + b"# not stored by others\n" for mesh in (SQUARE, RAISED))
+        path = "/v1/comparisons/" + self.server.compare(a=a, b=b).headers["x-request-id"]
         for name in KINDS:
             for method in ("GET", "HEAD"):
                 self.assertEqual(self.server.get("%s/deviation.%s" % (path, name), method).status, 410)
             problem = self.refused(self.server.get("%s/deviation.%s" % (path, name)), 410, "mesh-gone")
             self.assertEqual(problem["errors"][0]["part"], "a")
-        for mesh in (a, RAISED):
+        for mesh in (a, b):
             where = re.search("PUT (/v1/meshes/[0-9a-f]{64})", self.server.get(path + "/deviation.ply").json()["detail"])[1]
             self.assertEqual(where, "/v1/meshes/" + hashlib.sha256(mesh).hexdigest())
             self.assertEqual(self.server.send("PUT", where, mesh).status, 201)
@@ -264,6 +264,7 @@ class Refusals(ServerCase):
 
     def test_what_came_with_a_durable_comparison_goes_with_its_end(self):
         path = self.server.compare(a=WAVY, b=SQUARE, extra="Prefer: wait=60\r\n").headers["location"]
+        until(lambda: self.server.get(path + "/deviation.glb", "HEAD").status == 410)  # soon after
         self.refused(self.server.get(path + "/deviation.glb"), 410, "mesh-gone")
 
     def test_a_full_queue(self):

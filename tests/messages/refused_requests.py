@@ -172,6 +172,7 @@ def job_rows(server):
     failed = "/v1/comparisons/" + server.compare(a=b"v 0 0 nan\n").headers["x-request-id"]
     ended = server.compare(extra=ASYNC).headers["location"]
     until(lambda: server.get(ended).json()["finished"])
+    until(lambda: server.get(done + "/deviation.ply", method="HEAD").status == 410)  # durable ones let go of the meshes last
     rows += [
         ("a map with an unknown query", server.get(done + "/deviation.ply?x=1")),
         ("a map of a third mesh", server.get(done + "/deviation.ply?of=c")),
