@@ -286,7 +286,7 @@ class Meshes(Folder):
 
 class EndToEnd(Folder):
     def bench(self, *flags):
-        command = [sys.executable, HERE / "run.py", "--quick", "--build", BUILD, "--out", self.folder / "out", *flags]
+        command = [sys.executable, HERE / "run.py", "--quick", "--limit-gib", "1", "--build", BUILD, "--out", self.folder / "out", *flags]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         return store.Store(self.folder / "out").open().rows

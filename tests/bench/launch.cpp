@@ -17,6 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -25,15 +26,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Touches memory and frees it. The host of a virtual machine may have taken back what was not in use, and returns it
-// page by page as it is touched, 1 ms a MiB or more: several times what a pair takes. So the command finds it there.
-void fetch_memory() {
-  constexpr std::size_t kBytes = std::size_t{512} << 20, kPage = 4096;
-  void* const memory = mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) return;        // best effort, as all of this
-  madvise(memory, kBytes, MADV_HUGEPAGE);  // as the engine's large arrays
-  for (std::size_t at = 0; at < kBytes; at += kPage) static_cast<volatile char*>(memory)[at] = 1;
-  munmap(memory, kBytes);
+// Touches memory, an eighth of the command's limit and 512 MiB at most, and frees it. The host of a virtual machine may
+// have taken back what was not in use, and returns it page by page as it is touched, 1 ms a MiB or more: several times
+// what a pair takes. So the command finds it there.
+void fetch_memory(std::size_t limit) {
+  constexpr std::size_t kMost = std::size_t{512} << 20, kPage = 4096;
+  const std::size_t bytes = std::min(limit / 8, kMost);
+  void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) return;       // best effort, as all of this
+  madvise(memory, bytes, MADV_HUGEPAGE);  // as the engine's large arrays
+  for (std::size_t at = 0; at < bytes; at += kPage) static_cast<volatile char*>(memory)[at] = 1;
+  munmap(memory, bytes);
 }
 
 [[noreturn]] void become(char** command, rlim_t bytes, pid_t parent) {
@@ -85,11 +88,12 @@ int main(int argc, char** argv) {
   }
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   const pid_t self = getpid();
-  fetch_memory();
+  const rlim_t limit = std::strtoull(argv[2], nullptr, 10);
+  fetch_memory(limit);
   const auto start = Clock::now();
   const pid_t child = fork();
   if (child < 0) return std::perror("fork"), 1;
-  if (child == 0) become(argv + 4, std::strtoull(argv[2], nullptr, 10), self);
+  if (child == 0) become(argv + 4, limit, self);
   const bool killed = wait_or_kill(child, std::strtod(argv[1], nullptr));
   int status = 0;
   rusage usage{};

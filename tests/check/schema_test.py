@@ -24,7 +24,7 @@ STRICT = jsonschema.validators.extend(
 VALIDATOR = STRICT(SCHEMA)
 
 
-class Yaml12(yaml.SafeLoader):
+class Yaml12(yaml.CSafeLoader):
     """YAML by the core schema of version 1.2, as editors and the program read it: `yes` is a text, `<<` a key like any other."""
 
     yaml_implicit_resolvers = {}

@@ -94,7 +94,7 @@ def run_helm(verb, *rest, values=None, release="meshgauge"):
         input=json.dumps(values or {}), capture_output=True, text=True, check=False)  # fmt: skip
 
 
-class Strict(yaml.SafeLoader):
+class Strict(yaml.CSafeLoader):
     """A key that is there twice is an error, not the last of them."""
 
     def construct_mapping(self, node, deep=False):

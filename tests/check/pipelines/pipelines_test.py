@@ -22,7 +22,7 @@ GITLAB_SCHEMA = "gitlab.com/gitlab-org/gitlab/-/raw/master/app/assets/javascript
 WORKFLOW = ".github/workflows/meshes.yml"
 
 
-class Yaml(yaml.SafeLoader):
+class Yaml(yaml.CSafeLoader):
     """Booleans are true and false alone, so that GitHub's key `on` is a name."""
 
 

@@ -40,15 +40,10 @@ TEST_CASE("large batches: removed within a call's time, though PostgreSQL's esti
   DistributedSettings settings = stores.settings("hasty");
   settings.call_timeout = 1s;
   const auto hasty = got(DistributedStores::open(settings));
-  SUBCASE("forgotten") {
-    CHECK(got(hasty->batches().forget_batch({"ann", "b"})));
-    CHECK(got(hasty->batches().forget_batch({"ann", "c"})));
-    CHECK(number_in(*connection, "SELECT count(*) FROM jobs") == 3);
-  }
-  SUBCASE("swept") {
-    CHECK(got(hasty->batches().sweep_batches(at(10))) == 3);
-    CHECK(number_in(*connection, "SELECT count(*) FROM jobs") == 0);
-  }
+  CHECK(got(hasty->batches().forget_batch({"ann", "b"})));
+  CHECK(number_in(*connection, "SELECT count(*) FROM jobs") == 10'003);
+  CHECK(got(hasty->batches().sweep_batches(at(10))) == 2);
+  CHECK(number_in(*connection, "SELECT count(*) FROM jobs") == 0);
 }
 
 TEST_CASE("large batches: cancelling skips locked jobs and blocks no other call") {

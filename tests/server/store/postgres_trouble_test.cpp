@@ -90,7 +90,7 @@ TEST_CASE("trouble: breaking connections lose nothing and repeat nothing") {
                                        "' AND backend_type = 'client backend' AND random() < 0.4");
     }
   });
-  for_a_while(1500ms, 6, [&](int thread, int turn) {
+  for_a_while(600ms, 6, [&](int thread, int turn) {
     JobStore& jobs = thread % 2 == 0 ? stores.jobs() : other->jobs();
     if (thread < 3) {
       const std::string id = std::to_string(thread) + "-" + std::to_string(turn);
@@ -224,7 +224,7 @@ TEST_CASE("trouble: sixteen callers rarely deadlock, and none fails") {
     const std::lock_guard lock(mutex);
     errors.insert(result.error().message);
   };
-  for_a_while(1500ms, 16, [&](int thread, int turn) {
+  for_a_while(800ms, 16, [&](int thread, int turn) {
     DistributedStores* there = other.get();
     JobStore& jobs = thread % 2 == 0 ? stores.jobs() : there->jobs();
     BatchStore& batches = thread % 2 == 0 ? stores.batches() : there->batches();
