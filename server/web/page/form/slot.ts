@@ -24,7 +24,7 @@ export function formatOf(name: string): string | null {
 export class Slot {
   private chosen: Chosen | null = null;
   private readonly input: HTMLInputElement;
-  private readonly zone: HTMLElement;
+  private readonly dropArea: HTMLElement;
   private readonly box = h("div", { class: "slot-box" });
   private readonly error: HTMLElement;
 
@@ -37,13 +37,13 @@ export class Slot {
     const id = `file-${side}`;
     this.error = h("p", { class: "error", id: `${id}-error`, hidden: true });
     this.input = h("input", { type: "file", id, class: "unseen", multiple: true, "aria-describedby": `${id}-error` });
-    this.zone = h("label", { class: "zone", for: id });
+    this.dropArea = h("label", { class: "drop-area", for: id });
     this.input.addEventListener("change", () => {
       const files = [...(this.input.files ?? [])];
       if (files.length > 0) this.took(files);
     });
     this.acceptDrops();
-    this.box.append(this.zone);
+    this.box.append(this.dropArea);
     host.replaceChildren(this.input, this.box, this.error);
     this.draw();
   }
@@ -91,9 +91,9 @@ export class Slot {
     const [title, role] = titles[this.side];
     const letter = this.side.toUpperCase();
     const head = h("span", { class: "slot-head" }, h("b", { class: "letter" }, letter), h("span", {}, title), h("small", {}, role));
-    this.zone.replaceChildren(head, ...(this.chosen ? this.describe(this.chosen) : [this.invitation()]));
+    this.dropArea.replaceChildren(head, ...(this.chosen ? this.describe(this.chosen) : [this.invitation()]));
     this.host.classList.toggle("full", this.chosen !== null);
-    this.box.replaceChildren(this.zone, ...(this.chosen ? [this.remover(title)] : []));
+    this.box.replaceChildren(this.dropArea, ...(this.chosen ? [this.remover(title)] : []));
   }
 
   private invitation(): HTMLElement {

@@ -3,7 +3,7 @@ import type { Client } from "../api/client.js";
 import type { Comparison, Job, Side } from "../api/types.js";
 import { button, card, facts, h } from "../dom.js";
 import { pathOf } from "../route.js";
-import { Gauge } from "../plot/gauge.js";
+import { gaugeIn } from "../plot/gauge.js";
 import { TimelinePlot, type History } from "../plot/timeline.js";
 import { withoutOverrides } from "../text/names.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
@@ -93,7 +93,7 @@ function gaugesOf(result: Comparison, ends: (() => void)[]): HTMLElement[] {
     const host = h("div", { class: `plot gauge ${one?.verdict ?? ""}` });
     const { lower, upper } = one ?? result.distance;
     const name = one && one.name !== "distance" ? withoutOverrides(capital(one.name)) : "";
-    const gauge = new Gauge(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result), name });
+    const gauge = gaugeIn(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result), name });
     ends.push(() => gauge.dispose());
     return name === "" ? [host] : [h("p", { class: "gauge-name" }, name), host];
   });
