@@ -1,5 +1,6 @@
 // The comparisons of a batch as rows of its list: their content, their order, and where they come from.
 import type { Batch, BatchCounts, BatchFailure, BatchResult } from "../api/types.js";
+import { sidesOf } from "../form/options.js";
 import { seenName } from "../text/names.js";
 import { inPercent, plain, withUnits } from "../text/numbers.js";
 import { asSentence } from "../text/problems.js";
@@ -54,11 +55,12 @@ function rowOf(
   };
 }
 
-function limitsOf({ max_distance, max_share_beyond: area, zone }: NonNullable<BatchFailure["gate"]>, units: string): string {
+function limitsOf(gate: NonNullable<BatchFailure["gate"]>, units: string): string {
+  const { max_distance, max_share_beyond: area } = gate, sides = sidesOf(gate);
   const length = (x: number) => withUnits(plain(x), units);
   return [
     ...(max_distance === null ? [] : [length(max_distance)]),
-    ...(zone ? [`${length(0 - zone[0])} inside`, `${length(zone[1])} outside`] : []),
+    ...(sides ? [`${length(sides.inside)} inside`, `${length(sides.outside)} outside`] : []),
     ...(area ? [`${inPercent(area.share)} beyond ${length(area.distance)}`] : []),
   ].join(", ");
 }

@@ -8,7 +8,7 @@ export type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
 export interface FormValues {
   limit: string; // empty: no gate; may have its unit with it, "0.05 mm" or "0.5 %"
   units: string; // of the limits; empty: none
-  inside: string; // of B; empty with `outside`: no zone; a minus is as good as none
+  inside: string; // of B; empty with `outside`: no limits of sides; a minus is as good as none
   outside: string;
   further: string; // what no field has: options of the service as a JSON object; empty: none
   unitA: string; // of mesh a; empty: as its file says
@@ -176,15 +176,20 @@ function toleranceOf({ toleranceKind: kind, tolerance }: FormValues, blame: Blam
   return { tolerance: { [kind]: kind === "absolute" || typeof typed === "string" ? typed : typed / 100 } };
 }
 
+/** The limits that a gate has for how far A is inside and outside of B, not negative; null: none. */
+export function sidesOf(gate: Comparison["gate"]): { inside: number; outside: number } | null {
+  return gate?.zone ? { inside: 0 - gate.zone[0], outside: gate.zone[1] } : null;
+}
+
 /** Returns the form values that lead to a result like this one, without time and threads, which the result does not have. */
 export function valuesOf(result: Comparison): FormValues {
-  const asked = optionsOf(result), { units = {}, gate } = asked;
+  const asked = optionsOf(result), { units = {}, gate } = asked, sides = sidesOf(result.gate);
   const values = {
     ...noValues,
     limit: String(gate?.max_distance ?? ""),
     units: gate?.units ?? "",
-    inside: String(result.gate?.zone ? 0 - result.gate.zone[0] : ""),
-    outside: String(result.gate?.zone?.[1] ?? ""),
+    inside: String(sides?.inside ?? ""),
+    outside: String(sides?.outside ?? ""),
     unitA: units.a ?? "",
     unitB: units.b ?? "",
     direction: result.direction,

@@ -1,5 +1,5 @@
 // The state that the toolbar, the keys and the scale change and the picture shows.
-import type { Path } from "./colours";
+import type { ColourScale, Path } from "./colours";
 import type { DeviationMap } from "./map";
 import type { Vec3 } from "./vec";
 
@@ -39,8 +39,7 @@ export interface ViewerInput {
   b: DeviationMap; // coloured by its distance to A
   measured?: Side[]; // the meshes whose distance to the other was asked for; by default both
   limit: number | null;
-  zone?: { inside: number; outside: number }; // limits of A on each side of B, not negative
-  reached?: { inside: number; outside: number }; // how far A reaches there at least, proved
+  sideLimits?: ColourScale["sideLimits"];
   units: string;
   witnesses: Witness[]; // one per direction; the first belongs to the verdict
   up?: "y" | "z"; // the axis that points up in such files; z by default
