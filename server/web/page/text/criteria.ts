@@ -1,6 +1,6 @@
 // The criteria of a result: each limit and each expectation, with what is known of it.
 import type { Comparison, Directed, Side, Vec3 } from "../api/types.js";
-import { plain, withUnits } from "./numbers.js";
+import { plain, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Criterion = Comparison["criteria"][number];
 
@@ -37,6 +37,23 @@ function ofOldResult(result: Comparison): Criterion[] {
 
 /** " ± 0.01 mm", what stands behind the limit; "": it has no uncertainty. */
 export const plusMinus = ({ uncertainty }: Limit, units: string): string => (uncertainty ? ` ± ${withUnits(plain(uncertainty), units)}` : "");
+
+/** The end of the limit's uncertainty that the verdict is about: for the digits that are shown, and for nothing else. */
+export function shownLimit({ limit, uncertainty, verdict }: Limit): number {
+  return verdict === "pass" ? limit - uncertainty : verdict === "fail" ? limit + uncertainty : limit;
+}
+
+/** Why a limit stays open where no more effort would decide it. */
+export const whyOpen = ({ uncertainty }: Limit): string =>
+  uncertainty > 0 ? "The interval lies within the uncertainty of the limit." : "The limit is within rounding error of the distance.";
+
+/** "a limit of at least 0.0976 mm (pass) or below 0.0968 mm (fail)", those that the interval decides; "": none. */
+export function decidingLimit({ lower, upper, uncertainty }: Limit, units: string): string {
+  const parts: string[] = [];
+  if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper + uncertainty, 6), units)} (pass)`);
+  if (lower > uncertainty) parts.push(`below ${withUnits(toDigitsBelow(lower - uncertainty, 6), units)} (fail)`);
+  return parts.length === 0 ? "" : `a limit ${parts.join(" or ")}`;
+}
 
 /** How many distances of the certified areas a limit asks for: none but a share's one, or both ends of an uncertain one. */
 export const distancesAsked = ({ of, uncertainty }: Criterion): number => (of === "share" ? (uncertainty ? 2 : 1) : 0);

@@ -1,8 +1,10 @@
 // The meaning of a result in sentences, in the words of `meshgauge check`.
 import type { Comparison, Direction, Side, Status, Verdict } from "../api/types.js";
-import { criteriaOf, foremostOf, isLimit, placeWords, plusMinus, witnessesOf, type Criterion, type Limit } from "./criteria.js";
+import {
+  criteriaOf, decidingLimit, foremostOf, isLimit, placeWords, plusMinus, shownLimit, whyOpen, witnessesOf, type Criterion, type Limit,
+} from "./criteria.js";
 import { withoutOverrides } from "./names.js";
-import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
+import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
 
@@ -73,11 +75,6 @@ const areaProofs: Record<Verdict, string> = {
   undecided: "What would decide: more time.",
 };
 
-/** The end of the limit's uncertainty that the verdict is about: for the digits that are shown, and for nothing else. */
-export function shownLimit({ limit, uncertainty, verdict }: Limit): number {
-  return verdict === "pass" ? limit - uncertainty : verdict === "fail" ? limit + uncertainty : limit;
-}
-
 function figures(criterion: Limit, units: string) {
   const { lower, upper, limit } = criterion;
   const text = intervalText(lower, upper, shownLimit(criterion)), more = plusMinus(criterion, units);
@@ -141,9 +138,6 @@ function forUndecided(criterion: Limit, result: Comparison, timeoutMs: number | 
   };
 }
 
-const whyOpen = ({ uncertainty }: Limit): string =>
-  uncertainty > 0 ? "The interval lies within the uncertainty of the limit." : "The limit is within rounding error of the distance.";
-
 // Work on sides that is complete was as narrow as asked.
 function endOf({ status }: Criterion, result: Comparison): Status {
   if (status === "complete") return "converged";
@@ -151,13 +145,6 @@ function endOf({ status }: Criterion, result: Comparison): Status {
 }
 
 const between = (range: string) => (range.includes(" to ") ? `between ${range.replace(" to ", " and ")}` : range);
-
-function decidingLimit({ lower, upper, uncertainty }: Limit, units: string): string {
-  const parts: string[] = [];
-  if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper + uncertainty, 6), units)} (pass)`);
-  if (lower > uncertainty) parts.push(`below ${withUnits(toDigitsBelow(lower - uncertainty, 6), units)} (fail)`);
-  return parts.length === 0 ? "" : `a limit ${parts.join(" or ")}`;
-}
 
 const longestTimeoutMs = 180_000;
 
