@@ -1,6 +1,6 @@
 // The place for one mesh: dropped, chosen, or already stored by the service.
 import type { Side } from "../api/types.js";
-import { button, h } from "../dom.js";
+import { button, complainAt, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
 
 export type Chosen = { kind: "file"; file: File } | { kind: "stored"; id: string; name: string; bytes: number };
@@ -20,6 +20,8 @@ export function formatOf(name: string): string | null {
   if (parts.length < 2 || !known.includes(suffix)) return null;
   return suffix.toUpperCase().replace("GLTF", "glTF").replace("ZIP", "glTF, zipped") + (packed ? ", gzip-compressed" : "");
 }
+
+export const nameOf = (chosen: Chosen): string => (chosen.kind === "file" ? chosen.file.name : chosen.name);
 
 export class Slot {
   private chosen: Chosen | null = null;
@@ -61,9 +63,7 @@ export class Slot {
   }
 
   complain(message: string): void {
-    this.error.textContent = message;
-    this.error.hidden = message === "";
-    this.input.setAttribute("aria-invalid", String(message !== ""));
+    complainAt(this.input, this.error, message);
     this.host.classList.toggle("wrong", message !== "");
   }
 
@@ -108,7 +108,7 @@ export class Slot {
   }
 
   private describe(chosen: Chosen): HTMLElement[] {
-    const name = chosen.kind === "file" ? chosen.file.name : chosen.name;
+    const name = nameOf(chosen);
     const bytes = chosen.kind === "file" ? chosen.file.size : chosen.bytes;
     const format = formatOf(name);
     const kept = chosen.kind === "stored" ? ["kept by the service"] : [];
