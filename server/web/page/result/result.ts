@@ -5,7 +5,7 @@ import { button, card, facts, h } from "../dom.js";
 import { pathOf } from "../route.js";
 import { gaugeIn } from "../plot/gauge.js";
 import { TimelinePlot, type History } from "../plot/timeline.js";
-import { withoutOverrides } from "../text/names.js";
+import { capital, withoutOverrides } from "../text/names.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
 import { pairNotes, rangeOf, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
 import { criteriaOf, foremostOf, isLimit, shownLimit, type Limit } from "../text/criteria.js";
@@ -98,8 +98,6 @@ function gaugesOf(result: Comparison, ends: (() => void)[]): HTMLElement[] {
     return name === "" ? [host] : [h("p", { class: "gauge-name" }, name), host];
   });
 }
-
-const capital = (name: string) => name.charAt(0).toUpperCase() + name.slice(1);
 
 function columns(face: ResultFace, ends: (() => void)[]): HTMLElement {
   const { result, history } = face;

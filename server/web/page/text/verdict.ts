@@ -3,7 +3,7 @@ import type { Comparison, Direction, Side, Status, Verdict } from "../api/types.
 import {
   criteriaOf, decidingLimit, foremostOf, isLimit, placeWords, plusMinus, shownLimit, whyOpen, witnessesOf, type Criterion, type Limit,
 } from "./criteria.js";
-import { withoutOverrides } from "./names.js";
+import { capital, withoutOverrides } from "./names.js";
 import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
@@ -67,7 +67,7 @@ function wordsOf(criterion: Criterion, result: Comparison, timeoutMs: number | n
   return place === "" ? words : { ...words, reason: place + words.reason.charAt(0).toLowerCase() + words.reason.slice(1) };
 }
 
-const sentenceOf = (finding: string): string => `${finding.charAt(0).toUpperCase()}${withoutOverrides(finding.slice(1))}.`;
+const sentenceOf = (finding: string): string => `${capital(withoutOverrides(finding))}.`;
 
 const areaProofs: Record<Verdict, string> = {
   pass: "The interval proves it: its upper end is a bound of the exact share, not an estimate from samples.",
@@ -179,7 +179,7 @@ function withoutGate(result: Comparison, timeoutMs: number | null): Wording {
     };
   }
   const reason = `${subject[result.direction]} is ${between(range)}.${whereFound(result)}`;
-  return { tone: "measured", heading: headingFor(range), reason, proof: statusSentence(result) };
+  return { tone: "measured", heading: capital(range), reason, proof: statusSentence(result) };
 }
 
 // Names the surface on which the difference is visible; with one direction the subject has named it.
@@ -188,8 +188,6 @@ function whereFound(result: Comparison): string {
   if (!witness || witness.lower === 0 || result.direction !== "symmetric") return "";
   return ` A point that is ${withUnits(toDigitsBelow(witness.lower, 4), unitsOf(result))} or more away lies on the ${meshName[witness.from]}.`;
 }
-
-const headingFor = (range: string) => (range.startsWith("at least") ? range.replace("at", "At") : range);
 
 const subject: Record<Direction, string> = {
   symmetric: "The largest distance from any point of one surface to the other",
@@ -204,8 +202,7 @@ export function statusSentence(result: Comparison): string {
     return `The interval is as narrow as asked: ${inPercent(reached.relative, 2)} of the distance.`;
   if (result.status === "converged") return "The interval is as narrow as asked.";
   if (result.status === "gate_decided") return "The limit was decided before the interval was as narrow as asked. Without a limit it gets as narrow as asked.";
-  const why = whyEnded[result.status];
-  return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far is still valid.`;
+  return `${capital(whyEnded[result.status])}. The interval reached so far is still valid.`;
 }
 
 /** The title of the browser's tab. */
