@@ -24,7 +24,8 @@ export interface Row {
   words: string; // why there is no interval
 }
 
-const order: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
+/** In the order of the list and of the bar. */
+export const kinds: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
 const open = new Set<Kind>(["fail", "error", "undecided", "cancelled"]);
 
 export function rowOfFailure(failure: BatchFailure): Row {
@@ -88,7 +89,7 @@ export function tally(counts: BatchCounts): Record<Filter, number> {
 
 /** Orders rows: those that did not pass first, by kind; each kind in the order of the manifest. */
 export function inOrder(rows: readonly Row[]): Row[] {
-  const rank = (row: Row): number => Math.min(order.indexOf(row.kind), order.indexOf("pass"));
+  const rank = (row: Row): number => Math.min(kinds.indexOf(row.kind), kinds.indexOf("pass"));
   return [...rows].sort((one, other) => rank(one) - rank(other) || one.position - other.position);
 }
 
