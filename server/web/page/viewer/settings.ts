@@ -24,10 +24,11 @@ export function shownAt({ sides, distances, indices }: Pick<DeviationMap, "sides
   return { distance: sum((v) => distances[v]!), path: !sides ? "plain" : signed < 0 ? "inside" : "outside", proved: signed !== 0 };
 }
 
+// A point at least `lower` away from the other mesh.
 export interface Witness {
   from: Side;
   point: Vec3;
-  nearest: Vec3;
+  nearest: Vec3; // that of a side is not known: the point itself
   lower: number;
   upper: number;
   triangle: number;
