@@ -167,10 +167,11 @@ std::string interval_drawing(const Criterion& found, const std::string& units) {
   const std::string what =
       criterion.beyond ? "The share of the area farther than " + api::with_unit(to_digits(*criterion.beyond, 6), units)
                        : "The " + criterion.name;
-  std::string out = box("zone pass", 0, axis.at(ends.pass), 22, 36) + box("zone fail", axis.at(ends.fail), 1, 22, 36) +
-                    box("zone-hatch", axis.at(ends.fail), 1, 22, 36);
-  out += "<text class=\"zone-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
-  out += "<text class=\"zone-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
+  std::string out = box("ground pass", 0, axis.at(ends.pass), 22, 36) +
+                    box("ground fail", axis.at(ends.fail), 1, 22, 36) +
+                    box("ground-hatch", axis.at(ends.fail), 1, 22, 36);
+  out += "<text class=\"ground-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
+  out += "<text class=\"ground-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
   out += interval_bar(from, to, verdict_of(criterion.verdict), 34, 12);
   out += line("limit", limit, 16, 64) + label("limit-name", limit, 12, "limit " + api::with_unit(text.limit, unit));
   out += label("value", 0.5 * (from + to), 76, api::with_unit(text.both(), unit));
@@ -194,7 +195,7 @@ std::string interval_line(const Criterion& criterion) {
   const bool apart = ends.are_apart();
   const double pass = apart ? place(ends.pass) : 0.5, fail = apart ? place(ends.fail) : 0.5;
   std::string out =
-      box("zone pass", 0, pass, 3, 14) + box("zone fail", fail, 1, 3, 14) + box("zone-hatch", fail, 1, 3, 14);
+      box("ground pass", 0, pass, 3, 14) + box("ground fail", fail, 1, 3, 14) + box("ground-hatch", fail, 1, 3, 14);
   out += interval_bar(place(criterion.lower), place(criterion.upper), verdict_of(criterion.verdict), 7, 6) +
          line("limit", 0.5, 0, 20);
   return "<svg class=\"interval-line\" width=\"100%\" height=\"20\" aria-hidden=\"true\">" + out + "</svg>";

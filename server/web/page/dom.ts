@@ -37,6 +37,13 @@ export function button(label: string, attributes: Attributes, press: () => void)
   return element;
 }
 
+/** Says at a field what is wrong with it; "": nothing is. */
+export function complainAt(field: Element, error: HTMLElement, message: string): void {
+  error.textContent = message;
+  error.hidden = message === "";
+  field.setAttribute("aria-invalid", String(message !== ""));
+}
+
 /** Returns a list of terms; rows without a value are left out. */
 export function facts(rows: [string, Child | Child[]][]): HTMLDListElement {
   const list = h("dl", { class: "facts" });

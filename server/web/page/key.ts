@@ -1,6 +1,6 @@
 // The dialog that asks for a bearer key.
 import { isKey } from "./api/client.js";
-import { find } from "./dom.js";
+import { complainAt, find } from "./dom.js";
 
 export interface KeyStore {
   key: string;
@@ -56,9 +56,7 @@ export class KeyDialog {
   }
 
   private complain(message: string): void {
-    this.error.textContent = message;
-    this.error.hidden = message === "";
-    this.input.setAttribute("aria-invalid", String(message !== ""));
+    complainAt(this.input, this.error, message);
   }
 
   private keep(key: string): void {

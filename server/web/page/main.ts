@@ -7,6 +7,7 @@ import { BatchDesk } from "./batch/batch.js";
 import { Announcer, find, h } from "./dom.js";
 import { acceptDrops, Form, type Chosen, type Order } from "./form/form.js";
 import type { Json } from "./form/options.js";
+import { nameOf } from "./form/slot.js";
 import { KeyDialog } from "./key.js";
 import { showResult } from "./result/result.js";
 import { fallbackNames } from "./result/share.js";
@@ -301,10 +302,6 @@ function orderToNarrow(result: Comparison, names: Record<Side, string>, known: J
   const options = withoutLimits({ ...known, ...optionsOf(result) });
   const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
   return { a: stored("a"), b: stored("b"), options };
-}
-
-function nameOf(chosen: Chosen): string {
-  return chosen.kind === "file" ? chosen.file.name : chosen.name;
 }
 
 new App().start();

@@ -150,11 +150,11 @@ TEST_CASE("the drawing of an interval puts the limit between pass and fail, and 
     return std::stod(between(drawing, "class=\"" + css_class + "\" x=\"", "%"));
   };
   const std::string fail = interval_drawing(distance(2, 3, 1), "mm");
-  CHECK(x_of(fail, "zone fail") == doctest::Approx(100 / 3.75).epsilon(0.01));
+  CHECK(x_of(fail, "ground fail") == doctest::Approx(100 / 3.75).epsilon(0.01));
   CHECK(x_of(fail, "bar fail") == doctest::Approx(200 / 3.75).epsilon(0.01));
   CHECK(fail.find("limit 1 mm") != std::string::npos);
   const std::string pass = interval_drawing(distance(0.5, 0.75, 1), "");
-  CHECK(x_of(pass, "bar pass") < x_of(pass, "zone fail"));
+  CHECK(x_of(pass, "bar pass") < x_of(pass, "ground fail"));
   const std::string open = interval_drawing(distance(0, std::numeric_limits<double>::infinity(), 1), "");
   CHECK(x_of(open, "bar undecided") == 0);
   CHECK(between(open, "bar undecided\" x=\"0.00%\" width=\"", "\"") == "100.00%");

@@ -39,13 +39,13 @@ test("both sides begin with one grey and end apart, each darker all the way, and
     assert.deepEqual(colourOf(3, { top: 2, limited: true }, path), aboveLimit(path));
     assert.deepEqual(colourOf(0, { top: 2, limited: true }, path), mapColour(0, path));
   }
-  const zone = { top: 4, limited: false, zone: { inside: 1, outside: 2 } };
-  assert.deepEqual(colourOf(1, zone, "inside"), mapColour(0.25, "inside"));
-  assert.deepEqual(colourOf(1.01, zone, "inside"), aboveLimit("inside"));
-  assert.deepEqual(colourOf(1.01, zone, "outside"), mapColour(1.01 / 4, "outside"));
-  assert.deepEqual(colourOf(2.01, zone, "outside"), aboveLimit("outside"));
-  assert.deepEqual(colourOf(3, zone), mapColour(0.75));
-  assert.deepEqual(colourOf(1.5, { ...zone, top: 1.2, limited: true }, "outside"), aboveLimit("outside"));
+  const sided = { top: 4, limited: false, sideLimits: { inside: { limit: 1, lower: 0 }, outside: { limit: 2, lower: 0 } } };
+  assert.deepEqual(colourOf(1, sided, "inside"), mapColour(0.25, "inside"));
+  assert.deepEqual(colourOf(1.01, sided, "inside"), aboveLimit("inside"));
+  assert.deepEqual(colourOf(1.01, sided, "outside"), mapColour(1.01 / 4, "outside"));
+  assert.deepEqual(colourOf(2.01, sided, "outside"), aboveLimit("outside"));
+  assert.deepEqual(colourOf(3, sided), mapColour(0.75));
+  assert.deepEqual(colourOf(1.5, { ...sided, top: 1.2, limited: true }, "outside"), aboveLimit("outside"));
   const [outside, inside] = [mapColour(1, "outside"), mapColour(1, "inside")];
   assert.ok(outside[0] - outside[2] > 150 && inside[2] - inside[0] > 100, `${outside.join()} and ${inside.join()}`);
   assert.notDeepEqual(aboveLimit("inside"), aboveLimit("outside"));

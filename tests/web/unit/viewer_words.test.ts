@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { labelPlace } from "../../../server/web/page/viewer/overlay";
 import { initialSettings, type Side, type Witness } from "../../../server/web/page/viewer/settings";
-import { limitWords, zoneWords, type Beyond, type OneSide } from "../../../server/web/page/viewer/words";
+import { limitWords, sideWords, type Beyond, type OneSide } from "../../../server/web/page/viewer/words";
 
 const witness = (from: Side, lower: number): Witness => ({ from, lower, upper: lower, point: [0, 0, 0], nearest: [0, 0, lower], triangle: 0, nearestTriangle: 0 });
 const within: Beyond = { farther: false, share: 0 };
@@ -29,14 +29,14 @@ test("the sentence on the limit covers both surfaces", () => {
 
 test("the sentence on the limits of both sides says how much of A is beyond which", () => {
   const inside: OneSide = { ...beyond, side: "inside", limit: 0.05, lower: 0.07 }, outside: OneSide = { ...within, side: "outside", limit: 0.1, lower: 0.1 };
-  assert.equal(zoneWords([inside, outside], "mm"), "25 % of A’s area is more than 0.05 mm inside of B.");
-  const both = zoneWords([{ ...inside, share: 0, of: "points" }, { ...outside, lower: 0.2 }], "");
+  assert.equal(sideWords([inside, outside], "mm"), "25 % of A’s area is more than 0.05 mm inside of B.");
+  const both = sideWords([{ ...inside, share: 0, of: "points" }, { ...outside, lower: 0.2 }], "");
   assert.equal(both, "less than 0.01 % of A’s points are more than 0.05 inside of B, and A reaches more than 0.1 outside of B, where it is too small to show.");
-  assert.equal(zoneWords([{ ...inside, ...within, lower: 0 }, outside], "mm"), "All of A that is shown is within the limits of both sides.");
+  assert.equal(sideWords([{ ...inside, ...within, lower: 0 }, outside], "mm"), "All of A that is shown is within the limits of both sides.");
   const said = (a: Beyond, limit: number | null): string => limitWords({ coloured: "b", split: false }, { a, b: beyond }, [witness("b", 2)], limit);
-  assert.match(said({ ...beyond, zone: both }, null), /^Less than 0.01 % .* to show\.$/);
-  assert.match(limitWords({ coloured: "a", split: true }, { a: { ...beyond, zone: both }, b: beyond }, [], 1), /^Less than .* to show\. 25 % of B’s area is farther from A/);
-  assert.equal(said({ ...within, zone: "All." }, null), "All.");
+  assert.match(said({ ...beyond, ofSides: both }, null), /^Less than 0.01 % .* to show\.$/);
+  assert.match(limitWords({ coloured: "a", split: true }, { a: { ...beyond, ofSides: both }, b: beyond }, [], 1), /^Less than .* to show\. 25 % of B’s area is farther from A/);
+  assert.equal(said({ ...within, ofSides: "All." }, null), "All.");
 });
 
 test("a witness beyond the limit is reported even if the display has lost it", () => {

@@ -1,6 +1,6 @@
 // Requests to the service that the page came from. Each throws ProblemError, NetworkError, or DOMException AbortError.
 import { NetworkError, ProblemError, toError } from "./problem.js";
-import { eventsOf } from "./sse.js";
+import { eventsOf, textOf } from "./sse.js";
 import type { Batch, BatchResult, Job, StoredMesh, StoredPair } from "./types.js";
 
 export const keyName = "meshgauge.key";
@@ -201,20 +201,15 @@ export async function* resultsOf(client: Client, id: string, signal: AbortSignal
 }
 
 async function* linesOf(body: ReadableStream<Uint8Array>, signal: AbortSignal): AsyncGenerator<string[], void, undefined> {
-  const reader = body.pipeThrough(new TextDecoderStream() as ReadableWritablePair<string, Uint8Array>).getReader();
   let rest = "";
   try {
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return;
-      const lines = (rest + value).split("\n");
+    for await (const text of textOf(body)) {
+      const lines = (rest + text).split("\n");
       rest = lines.pop() ?? "";
       if (lines.length > 0) yield lines;
     }
   } catch (error) {
     throw signal.aborted ? error : new NetworkError("reading the results");
-  } finally {
-    reader.cancel().catch(() => undefined); // a reader that stops early releases the connection
   }
 }
 

@@ -49,17 +49,22 @@ export class EventParser {
   }
 }
 
-/** Yields the events of a body; returns at its end, throws if it breaks off. */
-export async function* eventsOf(body: ReadableStream<Uint8Array>): AsyncGenerator<ServerEvent, void, undefined> {
-  const parser = new EventParser();
+/** Yields the text of a body as it arrives; throws if it breaks off. */
+export async function* textOf(body: ReadableStream<Uint8Array>): AsyncGenerator<string, void, undefined> {
   const reader = body.pipeThrough(new TextDecoderStream() as ReadableWritablePair<string, Uint8Array>).getReader();
   try {
     for (;;) {
       const { done, value } = await reader.read();
       if (done) return;
-      yield* parser.push(value);
+      yield value;
     }
   } finally {
     reader.cancel().catch(() => undefined); // a reader that stops early releases the connection
   }
+}
+
+/** Yields the events of a body; returns at its end, throws if it breaks off. */
+export async function* eventsOf(body: ReadableStream<Uint8Array>): AsyncGenerator<ServerEvent, void, undefined> {
+  const parser = new EventParser();
+  for await (const text of textOf(body)) yield* parser.push(text);
 }

@@ -14,7 +14,6 @@ export type Job = Schemas["Job"];
 export type ProgressEvent = Schemas["ProgressEvent"];
 export type Comparison = Schemas["Comparison"];
 export type Directed = Schemas["Directed"];
-export type Witness = Schemas["Witness"];
 export type MeshFacts = Schemas["MeshFacts"];
 export type AreaBounds = Schemas["AreaBounds"];
 export type Distribution = Schemas["Distribution"];

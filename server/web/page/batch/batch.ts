@@ -8,7 +8,7 @@ import { iconOf } from "../result/icon.js";
 import { downloadButton, linkRow } from "../result/share.js";
 import { pathOf } from "../route.js";
 import { BatchList, listStateOf, type ListState } from "./list.js";
-import { RowSource, tally, type Kind } from "./rows.js";
+import { kinds, RowSource, tally, type Kind } from "./rows.js";
 import { lasting, nameOf, titleOf, toneOf, wordsOf } from "./words.js";
 
 /** What the page around it does. */
@@ -235,7 +235,6 @@ export interface BarPart {
 
 const barLength = 1000; // in units of the picture
 const leastPart = 4; // so that one of 10,000 is visible
-const kinds: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
 
 /** The segments that are not empty, side by side from 0 to 1000. */
 export function partsOf(counts: BatchCounts): BarPart[] {

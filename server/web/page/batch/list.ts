@@ -75,7 +75,7 @@ export class BatchList {
     const count = h("b", {}, "0");
     const kind = filter === "open" || filter === "all" ? "" : toneOf[filter];
     const tile = h("button", { type: "button", class: `tile ${kind}`, "aria-pressed": "false" }, count, h("span", {}, filterWords[filter]));
-    tile.addEventListener("click", () => this.choose(filter));
+    tile.addEventListener("click", () => this.look({ filter, from: 0 }));
     this.tiles.set(filter, { tile, count });
     return tile;
   }
@@ -109,10 +109,6 @@ export class BatchList {
     const { filter } = this.listState;
     if (filter !== null) return filter;
     return this.running || this.source.counts().open > 0 ? "open" : "all";
-  }
-
-  private choose(filter: Filter): void {
-    this.look({ filter, from: 0 });
   }
 
   private type(): void {

@@ -1,5 +1,6 @@
 // The comparisons of a batch as rows of its list: their content, their order, and where they come from.
 import type { Batch, BatchCounts, BatchFailure, BatchResult } from "../api/types.js";
+import { sidesOf } from "../form/options.js";
 import { seenName } from "../text/names.js";
 import { inPercent, plain, withUnits } from "../text/numbers.js";
 import { asSentence } from "../text/problems.js";
@@ -23,7 +24,8 @@ export interface Row {
   words: string; // why there is no interval
 }
 
-const order: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
+/** In the order of the list and of the bar. */
+export const kinds: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
 const open = new Set<Kind>(["fail", "error", "undecided", "cancelled"]);
 
 export function rowOfFailure(failure: BatchFailure): Row {
@@ -54,11 +56,12 @@ function rowOf(
   };
 }
 
-function limitsOf({ max_distance, max_share_beyond: area, zone }: NonNullable<BatchFailure["gate"]>, units: string): string {
+function limitsOf(gate: NonNullable<BatchFailure["gate"]>, units: string): string {
+  const { max_distance, max_share_beyond: area } = gate, sides = sidesOf(gate);
   const length = (x: number) => withUnits(plain(x), units);
   return [
     ...(max_distance === null ? [] : [length(max_distance)]),
-    ...(zone ? [`${length(0 - zone[0])} inside`, `${length(zone[1])} outside`] : []),
+    ...(sides ? [`${length(sides.inside)} inside`, `${length(sides.outside)} outside`] : []),
     ...(area ? [`${inPercent(area.share)} beyond ${length(area.distance)}`] : []),
   ].join(", ");
 }
@@ -86,7 +89,7 @@ export function tally(counts: BatchCounts): Record<Filter, number> {
 
 /** Orders rows: those that did not pass first, by kind; each kind in the order of the manifest. */
 export function inOrder(rows: readonly Row[]): Row[] {
-  const rank = (row: Row): number => Math.min(order.indexOf(row.kind), order.indexOf("pass"));
+  const rank = (row: Row): number => Math.min(kinds.indexOf(row.kind), kinds.indexOf("pass"));
   return [...rows].sort((one, other) => rank(one) - rank(other) || one.position - other.position);
 }
 

@@ -3,7 +3,7 @@ import type { Batch, BatchProgressEvent } from "../api/types.js";
 import { seenName, withoutOverrides } from "../text/names.js";
 import { grouped } from "../text/numbers.js";
 import type { Tone } from "../text/verdict.js";
-import { tally, type Filter, type Kind } from "./rows.js";
+import { kinds, tally, type Filter, type Kind } from "./rows.js";
 
 export interface BatchWords {
   tone: Tone;
@@ -62,7 +62,6 @@ function atTheEnd({ state, counts }: BatchProgressEvent): BatchWords {
 type Counted = [Kind, number];
 
 function counted(so: Record<Filter, number>): Counted[] {
-  const kinds: Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
   return kinds.map((kind): Counted => [kind, so[kind]]).filter(([, count]) => count > 0);
 }
 

@@ -1,6 +1,6 @@
 // The form: two meshes, chosen or dropped anywhere on the page, the options, and errors beside the fields that they are about.
 import type { Comparison, Side } from "../api/types.js";
-import { find, h } from "../dom.js";
+import { complainAt, find, h } from "../dom.js";
 import { asSentence, type Defect } from "../text/problems.js";
 import { exampleFiles } from "./example.js";
 import { buildOptions, fieldOf, furtherOf, noValues, valuesOf, type Field, type FormValues, type Json, type Mistake } from "./options.js";
@@ -16,8 +16,6 @@ export interface Order {
 }
 
 const inMore: Field[] = ["further", "timeout", "threads", "strategy", "points", "statistics", "align", "unitA", "unitB"];
-const texts = ["limit", "inside", "outside", "tolerance", "timeout", "threads"] as const;
-const choices = ["units", "unitA", "unitB", "toleranceKind", "strategy", "points"] as const;
 
 export class Form {
   private readonly form = find("#form", HTMLFormElement);
@@ -119,17 +117,12 @@ export class Form {
   }
 
   private fill(values: FormValues): void {
-    for (const name of texts) this.field(name, HTMLInputElement).value = values[name];
-    for (const name of choices) this.field(name, HTMLSelectElement).value = values[name];
-    this.field("further", HTMLTextAreaElement).value = values.further;
-    this.field("statistics", HTMLInputElement).checked = values.statistics;
-    this.field("align", HTMLInputElement).checked = values.align;
-    for (const radio of this.form.querySelectorAll<HTMLInputElement>("[name=direction]")) radio.checked = radio.value === values.direction;
+    for (const [name, value] of Object.entries(values)) {
+      const field = this.form.elements.namedItem(name) as HTMLInputElement | RadioNodeList; // all fields have a value
+      if (typeof value === "string") field.value = value;
+      else (field as HTMLInputElement).checked = value;
+    }
     this.adapt();
-  }
-
-  private field<T extends Element>(name: Field, kind: new () => T): T {
-    return find(`#${name}`, kind, this.form);
   }
 
   // Shows fields that apply only with a certain choice.
@@ -169,11 +162,7 @@ export class Form {
   private say(field: Field, message: string): void {
     const error = this.form.querySelector<HTMLElement>(`#${field}-error`);
     if (!error) return;
-    error.textContent = message;
-    error.hidden = message === "";
-    const input = this.form.querySelector(`#${field}`);
-    if (message === "") input?.removeAttribute("aria-invalid");
-    else input?.setAttribute("aria-invalid", "true");
+    complainAt(find(`#${field}`, HTMLElement, this.form), error, message);
     if (message !== "" && inMore.includes(field)) find("#more", HTMLDetailsElement).open = true;
   }
 }

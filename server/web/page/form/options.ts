@@ -3,26 +3,29 @@
 import type { Comparison, Direction, Strategy, Tolerance } from "../api/types.js";
 import { optionsOf } from "../text/snippets.js";
 
-export type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
+type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
 
-export interface FormValues {
-  limit: string; // empty: no gate; may have its unit with it, "0.05 mm" or "0.5 %"
-  units: string; // of the limits; empty: none
-  inside: string; // of B; empty with `outside`: no zone; a minus is as good as none
-  outside: string;
-  further: string; // what no field has: options of the service as a JSON object; empty: none
-  unitA: string; // of mesh a; empty: as its file says
-  unitB: string;
-  direction: Direction;
-  toleranceKind: ToleranceKind;
-  tolerance: string; // percent if relative or of the diagonal
-  strategy: Strategy;
-  points: string;
-  timeout: string; // seconds, or with a unit; empty: the service's default
-  threads: string; // empty: the service decides
-  statistics: boolean;
-  align: boolean; // A to B, by the best fit
-}
+/** The fields of the form, each with its value at the start. */
+export const noValues = {
+  limit: "", // empty: no gate; may have its unit with it, "0.05 mm" or "0.5 %"
+  units: "", // of the limits; empty: none
+  inside: "", // of B; empty with `outside`: no limits of sides; a minus is as good as none
+  outside: "",
+  further: "", // what no field has: options of the service as a JSON object; empty: none
+  unitA: "", // of mesh a; empty: as its file says
+  unitB: "",
+  direction: "symmetric" as Direction,
+  toleranceKind: "default" as ToleranceKind,
+  tolerance: "", // percent if relative or of the diagonal
+  strategy: "auto" as Strategy,
+  points: "4",
+  timeout: "", // seconds, or with a unit; empty: the service's default
+  threads: "", // empty: the service decides
+  statistics: false,
+  align: false, // A to B, by the best fit
+};
+
+export type FormValues = typeof noValues;
 
 /** What the service reads as Options (openapi.yaml): it says what is wrong with it. */
 export type Json = Record<string, unknown>;
@@ -35,25 +38,6 @@ export interface Mistake {
 }
 
 export type Built = { options: Json; mistakes: [] } | { options: null; mistakes: Mistake[] };
-
-export const noValues: FormValues = {
-  limit: "",
-  units: "",
-  inside: "",
-  outside: "",
-  further: "",
-  unitA: "",
-  unitB: "",
-  direction: "symmetric",
-  toleranceKind: "default",
-  tolerance: "",
-  strategy: "auto",
-  points: "4",
-  timeout: "",
-  threads: "",
-  statistics: false,
-  align: false,
-};
 
 export function buildOptions(values: FormValues): Built {
   const mistakes: Mistake[] = [];
@@ -80,7 +64,6 @@ function fieldsOf(values: FormValues, blame: BlameField): Json {
     ...(values.align ? { align: "rigid" } : {}),
   };
 }
-
 
 const isObject = (value: unknown): value is Json => typeof value === "object" && value !== null && !Array.isArray(value);
 
@@ -176,19 +159,24 @@ function toleranceOf({ toleranceKind: kind, tolerance }: FormValues, blame: Blam
   return { tolerance: { [kind]: kind === "absolute" || typeof typed === "string" ? typed : typed / 100 } };
 }
 
+/** The limits that a gate has for how far A is inside and outside of B, not negative; null: none. */
+export function sidesOf(gate: Comparison["gate"]): { inside: number; outside: number } | null {
+  return gate?.zone ? { inside: 0 - gate.zone[0], outside: gate.zone[1] } : null;
+}
+
 /** Returns the form values that lead to a result like this one, without time and threads, which the result does not have. */
 export function valuesOf(result: Comparison): FormValues {
-  const asked = optionsOf(result), { units = {}, gate } = asked;
+  const asked = optionsOf(result), { units = {}, gate } = asked, sides = sidesOf(result.gate);
   const values = {
     ...noValues,
     limit: String(gate?.max_distance ?? ""),
     units: gate?.units ?? "",
-    inside: String(result.gate?.zone ? 0 - result.gate.zone[0] : ""),
-    outside: String(result.gate?.zone?.[1] ?? ""),
+    inside: String(sides?.inside ?? ""),
+    outside: String(sides?.outside ?? ""),
     unitA: units.a ?? "",
     unitB: units.b ?? "",
     direction: result.direction,
-    ...toleranceValues(result.tolerance.asked),
+    ...toleranceValues(asked.tolerance),
     strategy: result.engine.strategy,
     points: String(result.engine.points ?? 4),
     statistics: result.statistics !== null,
@@ -199,9 +187,9 @@ export function valuesOf(result: Comparison): FormValues {
   return { ...values, further: Object.keys(further).length > 0 ? JSON.stringify(further) : "" };
 }
 
-// The form has one rule; if a request had several, the first one that differs from the default pair.
-function toleranceValues(asked: Tolerance): Pick<FormValues, "toleranceKind" | "tolerance"> {
-  if (asked.absolute === undefined && asked.relative === 0.01 && asked.diagonal === 1e-6) return { toleranceKind: "default", tolerance: "" };
+// The form has one rule; if a request had several, the first of these.
+function toleranceValues(asked: Tolerance | undefined): Pick<FormValues, "toleranceKind" | "tolerance"> {
+  if (!asked) return { toleranceKind: "default", tolerance: "" };
   if (asked.absolute !== undefined) return { toleranceKind: "absolute", tolerance: String(asked.absolute) };
   const [kind, share] = asked.relative === undefined ? (["diagonal", asked.diagonal ?? 0] as const) : (["relative", asked.relative] as const);
   return { toleranceKind: kind, tolerance: String(Number((share * 100).toPrecision(12))) };

@@ -1,6 +1,6 @@
 // The place for one mesh: dropped, chosen, or already stored by the service.
 import type { Side } from "../api/types.js";
-import { button, h } from "../dom.js";
+import { button, complainAt, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
 
 export type Chosen = { kind: "file"; file: File } | { kind: "stored"; id: string; name: string; bytes: number };
@@ -21,10 +21,12 @@ export function formatOf(name: string): string | null {
   return suffix.toUpperCase().replace("GLTF", "glTF").replace("ZIP", "glTF, zipped") + (packed ? ", gzip-compressed" : "");
 }
 
+export const nameOf = (chosen: Chosen): string => (chosen.kind === "file" ? chosen.file.name : chosen.name);
+
 export class Slot {
   private chosen: Chosen | null = null;
   private readonly input: HTMLInputElement;
-  private readonly zone: HTMLElement;
+  private readonly dropArea: HTMLElement;
   private readonly box = h("div", { class: "slot-box" });
   private readonly error: HTMLElement;
 
@@ -37,13 +39,13 @@ export class Slot {
     const id = `file-${side}`;
     this.error = h("p", { class: "error", id: `${id}-error`, hidden: true });
     this.input = h("input", { type: "file", id, class: "unseen", multiple: true, "aria-describedby": `${id}-error` });
-    this.zone = h("label", { class: "zone", for: id });
+    this.dropArea = h("label", { class: "drop-area", for: id });
     this.input.addEventListener("change", () => {
       const files = [...(this.input.files ?? [])];
       if (files.length > 0) this.took(files);
     });
     this.acceptDrops();
-    this.box.append(this.zone);
+    this.box.append(this.dropArea);
     host.replaceChildren(this.input, this.box, this.error);
     this.draw();
   }
@@ -61,9 +63,7 @@ export class Slot {
   }
 
   complain(message: string): void {
-    this.error.textContent = message;
-    this.error.hidden = message === "";
-    this.input.setAttribute("aria-invalid", String(message !== ""));
+    complainAt(this.input, this.error, message);
     this.host.classList.toggle("wrong", message !== "");
   }
 
@@ -91,9 +91,9 @@ export class Slot {
     const [title, role] = titles[this.side];
     const letter = this.side.toUpperCase();
     const head = h("span", { class: "slot-head" }, h("b", { class: "letter" }, letter), h("span", {}, title), h("small", {}, role));
-    this.zone.replaceChildren(head, ...(this.chosen ? this.describe(this.chosen) : [this.invitation()]));
+    this.dropArea.replaceChildren(head, ...(this.chosen ? this.describe(this.chosen) : [this.invitation()]));
     this.host.classList.toggle("full", this.chosen !== null);
-    this.box.replaceChildren(this.zone, ...(this.chosen ? [this.remover(title)] : []));
+    this.box.replaceChildren(this.dropArea, ...(this.chosen ? [this.remover(title)] : []));
   }
 
   private invitation(): HTMLElement {
@@ -108,7 +108,7 @@ export class Slot {
   }
 
   private describe(chosen: Chosen): HTMLElement[] {
-    const name = chosen.kind === "file" ? chosen.file.name : chosen.name;
+    const name = nameOf(chosen);
     const bytes = chosen.kind === "file" ? chosen.file.size : chosen.bytes;
     const format = formatOf(name);
     const kept = chosen.kind === "stored" ? ["kept by the service"] : [];

@@ -1,37 +1,20 @@
 // The interval on a horizontal scale with the limit: a picture of the verdict.
 import { axisFor, positionOf, ticksOf, type LogAxis } from "./axis.js";
-import { frame, kept, line, Picture, readingWords, rect, stripes, text, type Reading } from "./picture.js";
+import { frame, ground, kept, line, Picture, readingWords, rect, stripes, text, type Reading } from "./picture.js";
 import { intervalText, plain, withUnits } from "../text/numbers.js";
 import { svg } from "../dom.js";
 
 const height = 132;
 const scaleY = 88; // y of the scale's line
-const bandTop = 42;
+const groundTop = 42;
 const side = 14;
 const leastBar = 4; // px; narrower intervals stay visible
 
 let made = 0; // for names of patterns, which are the document's
 
-export class Gauge {
-  private readonly stripes = `gauge-stripes-${String(++made)}`;
-  private readonly picture: Picture;
-
-  constructor(
-    host: HTMLElement,
-    private reading: Reading,
-  ) {
-    this.picture = new Picture(host, (width) => draw(width, this.reading, this.stripes));
-    this.picture.refresh();
-  }
-
-  show(reading: Reading): void {
-    this.reading = reading;
-    this.picture.refresh();
-  }
-
-  dispose(): void {
-    this.picture.dispose();
-  }
+export function gaugeIn(host: HTMLElement, reading: Reading): Picture {
+  const pattern = `gauge-stripes-${String(++made)}`;
+  return new Picture(host, (width) => draw(width, reading, pattern));
 }
 
 interface Scale {
@@ -47,24 +30,10 @@ function draw(width: number, reading: Reading, pattern: string): SVGSVGElement {
   const axis = axisFor(marks);
   const scale = { axis, left: side, right: width - side, x: (mark: number | null) => side + positionOf(axis, mark) * (width - 2 * side) };
   const picture = frame(width, height, readingWords(reading));
-  picture.append(stripes(pattern), zones(scale, limit, pattern), scaleOf(scale, width), bar(scale, reading));
+  const behind = ground(scale.left, groundTop, scale.right - scale.left, scaleY - groundTop, limit === null ? null : scale.x(limit), pattern);
+  picture.append(stripes(pattern), ...behind, scaleOf(scale, width), bar(scale, reading));
   if (limit !== null) picture.append(limitMark(scale, limit, reading.units));
   return picture;
-}
-
-function zones(scale: Scale, limit: number | null, pattern: string): SVGGElement {
-  const group = svg("g");
-  const tall = scaleY - bandTop;
-  if (limit === null) {
-    group.append(rect(scale.left, bandTop, scale.right - scale.left, tall, "zone", { rx: 3 }));
-    return group;
-  }
-  const at = scale.x(limit);
-  group.append(rect(scale.left, bandTop, at - scale.left, tall, "zone within"), rect(at, bandTop, scale.right - at, tall, "zone above"));
-  const striped = rect(at, bandTop, scale.right - at, tall, "");
-  striped.setAttribute("fill", `url(#${pattern})`);
-  group.append(striped);
-  return group;
 }
 
 function scaleOf(scale: Scale, width: number): SVGGElement {
@@ -92,7 +61,7 @@ function bar(scale: Scale, reading: Reading): SVGGElement {
   const figures = intervalText(lower, upper, limit);
   const same = figures.lower === figures.upper;
   const words = same ? withUnits(figures.lower, units) : `${figures.lower} … ${withUnits(figures.upper, units)}`;
-  const y = (bandTop + scaleY) / 2;
+  const y = (groundTop + scaleY) / 2;
   return svg(
     "g",
     { class: "interval" },

@@ -1,4 +1,4 @@
-// Shared by both pictures of an interval: an SVG as wide as its place, redrawn when the width changes.
+// Shared by the pictures of an interval: an SVG as wide as its place, redrawn when the width changes; and its parts.
 import { svg } from "../dom.js";
 import { intervalWords, withUnits, plain } from "../text/numbers.js";
 
@@ -24,6 +24,7 @@ export class Picture {
       if (Math.abs(host.clientWidth - this.width) >= 1) this.refresh();
     });
     this.observer.observe(host);
+    this.refresh();
   }
 
   /** Redraws in the next frame, once. */
@@ -55,7 +56,7 @@ export function line(x1: number, y1: number, x2: number, y2: number, kind: strin
   return svg("line", { x1, y1, x2, y2, class: kind });
 }
 
-export function rect(x: number, y: number, width: number, height: number, kind: string, more: Record<string, number> = {}): SVGRectElement {
+export function rect(x: number, y: number, width: number, height: number, kind: string, more: Record<string, number | string> = {}): SVGRectElement {
   return svg("rect", { x, y, width: Math.max(width, 0), height: Math.max(height, 0), class: kind, ...more });
 }
 
@@ -64,6 +65,22 @@ export function stripes(id: string): SVGDefsElement {
   const pattern = svg("pattern", { id, width: 7, height: 7, patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" });
   pattern.append(rect(0, 0, 2, 7, "stripe"));
   return svg("defs", {}, pattern);
+}
+
+/** A rectangle of the stripes with this id. */
+export function striped(x: number, y: number, width: number, height: number, id: string): SVGRectElement {
+  return rect(x, y, width, height, "", { fill: `url(#${id})` });
+}
+
+/** What lies behind an interval: two colours that meet at the limit, with stripes above it; without a limit one colour. */
+export function ground(left: number, top: number, width: number, height: number, limit: number | null, id: string): SVGElement[] {
+  if (limit === null) return [rect(left, top, width, height, "ground", { rx: 3 })];
+  const above = left + width - limit;
+  return [
+    rect(left, top, limit - left, height, "ground within"),
+    rect(limit, top, above, height, "ground above"),
+    striped(limit, top, above, height, id),
+  ];
 }
 
 export function readingWords(reading: Reading): string {

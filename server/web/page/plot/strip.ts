@@ -2,7 +2,7 @@
 // limit, so that the limits of all rows are aligned.
 import { svg } from "../dom.js";
 import { axisFor, positionOf, type LogAxis, type Mark } from "./axis.js";
-import { line, rect, stripes } from "./picture.js";
+import { ground, line, rect, stripes } from "./picture.js";
 
 export interface StripReading {
   lower: number;
@@ -56,8 +56,7 @@ export function strip(scale: StripScale, reading: StripReading): SVGSVGElement |
   const wide = Math.max(to - from, leastBar);
   const left = besideLimit((from + to) / 2 - wide / 2, wide, scale.relative ? x(1) : null, reading);
   const picture = svg("svg", { viewBox: `0 0 ${String(width)} ${String(height)}`, width, height, "aria-hidden": "true" });
-  if (scale.relative) picture.append(...zones(x(1)));
-  else picture.append(rect(0, 0, width, height, "zone", { rx: 3 }));
+  picture.append(...ground(0, 0, width, height, scale.relative ? x(1) : null, stripesId));
   picture.append(rect(left, 5, wide, height - 10, reading.upper === null ? "bar open" : "bar", { rx: 1.5 }));
   if (scale.relative) picture.append(line(x(1), 0, x(1), height, "limit-line"));
   return picture;
@@ -69,10 +68,4 @@ function besideLimit(left: number, wide: number, at: number | null, { lower, upp
   if (at !== null && limit !== null && upper !== null && upper <= limit) moved = Math.min(left, at - wide);
   else if (at !== null && limit !== null && lower > limit) moved = Math.max(left, at);
   return Math.min(Math.max(moved, 0), width - wide);
-}
-
-function zones(limit: number): SVGElement[] {
-  const striped = rect(limit, 0, width - limit, height, "");
-  striped.setAttribute("fill", `url(#${stripesId})`);
-  return [rect(0, 0, limit, height, "zone within"), rect(limit, 0, width - limit, height, "zone above"), striped];
 }

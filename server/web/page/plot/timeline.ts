@@ -1,6 +1,6 @@
 // The interval over time: a band that shrinks, on a logarithmic axis of distance, and the limit as a line across it.
 import { axisFor, positionOf, ticksOf, type LogAxis } from "./axis.js";
-import { frame, line, Picture, readingWords, rect, stripes, text } from "./picture.js";
+import { frame, ground, line, Picture, readingWords, striped, stripes, text } from "./picture.js";
 import { inTime, plain, withUnits } from "../text/numbers.js";
 import { svg } from "../dom.js";
 
@@ -49,6 +49,7 @@ export function timeAxis(ms: number): { end: number; ticks: number[] } {
   return { end, ticks };
 }
 
+const stripesId = "timeline-stripes";
 const height = 300;
 const room = { left: 62, right: 16, top: 14, bottom: 36 };
 
@@ -67,7 +68,6 @@ export class TimelinePlot {
     private timeline: Timeline,
   ) {
     this.picture = new Picture(host, (width) => draw(width, this.timeline));
-    this.picture.refresh();
   }
 
   show(now: number): void {
@@ -94,7 +94,7 @@ function draw(width: number, timeline: Timeline): SVGSVGElement {
   const plane = planeOf(width, samples, limit, now);
   const last = samples.at(-1) ?? { ms: 0, lower: 0, upper: null };
   const picture = frame(width, height, `${readingWords({ ...last, limit, units })}; after ${inTime(now)}`);
-  picture.append(stripes("timeline-stripes"), ground(plane, limit), grid(plane), ...band(plane, samples, now));
+  picture.append(stripes(stripesId), ...behind(plane, limit), grid(plane), ...band(plane, samples, now));
   if (limit !== null) picture.append(limitLine(plane, limit, units));
   return picture;
 }
@@ -114,16 +114,10 @@ function planeOf(width: number, samples: readonly Sample[], limit: number | null
   };
 }
 
-function ground(plane: Plane, limit: number | null): SVGGElement {
+function behind(plane: Plane, limit: number | null): SVGElement[] {
   const wide = plane.width - room.right - room.left;
-  const tall = height - room.bottom - room.top;
-  const group = svg("g", {}, rect(room.left, room.top, wide, tall, "zone", { rx: 3 }));
-  if (limit === null) return group;
-  const y = plane.y(limit);
-  const striped = rect(room.left, room.top, wide, y - room.top, "");
-  striped.setAttribute("fill", "url(#timeline-stripes)");
-  group.append(striped);
-  return group;
+  const whole = ground(room.left, room.top, wide, height - room.bottom - room.top, null, stripesId);
+  return limit === null ? whole : [...whole, striped(room.left, room.top, wide, plane.y(limit) - room.top, stripesId)];
 }
 
 function grid(plane: Plane): SVGGElement {

@@ -4,8 +4,9 @@ import type { Comparison, Side } from "../api/types.js";
 import { button, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
 import { asSentence, explain } from "../text/problems.js";
-import { foremostOf, isLimit, witnessesOf, witnessesToShow } from "../text/criteria.js";
+import { criteriaOf, foremostOf, isLimit, witnessesOf, witnessesToShow } from "../text/criteria.js";
 import { unitsOf } from "../text/verdict.js";
+import type { ViewerInput } from "../viewer/mount.js";
 import { downloadButton } from "./share.js";
 
 const shownTriangles = 200_000; // more makes the picture slower, and no clearer
@@ -39,6 +40,12 @@ function limitOf(result: Comparison): number | null {
   return first && isLimit(first) && first.of === "distance" && !first.side ? first.limit : (result.gate?.max_distance ?? null);
 }
 
+function sideLimitsOf(result: Comparison): ViewerInput["sideLimits"] {
+  const limits = criteriaOf(result).filter(isLimit);
+  const [inside, outside] = (["inside", "outside"] as const).map((side) => limits.find((one) => one.side === side));
+  return inside && outside && { inside, outside };
+}
+
 /** Loads both maps and the viewer into `host`; if that fails, shows the reason there. */
 export async function showViewer(host: HTMLElement, client: Client, result: Comparison, signal: AbortSignal): Promise<() => void> {
   const words = h("p", { class: "loading", role: "status" }, "Computing where the surfaces differ …");
@@ -58,13 +65,11 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
     const maps = { a: await parseMap(a), b: await parseMap(b) };
     if (signal.aborted) return () => undefined;
     host.replaceChildren();
-    const { inside, outside } = result.sides ?? {};
     const viewer = mountViewer(host, {
       ...maps,
       ...(result.direction === "symmetric" ? {} : { measured: [result.direction === "a_to_b" ? "a" : "b"] as Side[] }),
       limit: limitOf(result),
-      ...(result.gate?.zone ? { zone: { inside: -result.gate.zone[0], outside: result.gate.zone[1] } } : {}),
-      ...(inside && outside ? { reached: { inside: inside.lower, outside: outside.lower } } : {}),
+      sideLimits: sideLimitsOf(result),
       units: unitsOf(result),
       witnesses: witnessesToShow(result),
     });

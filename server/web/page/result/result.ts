@@ -3,12 +3,12 @@ import type { Client } from "../api/client.js";
 import type { Comparison, Job, Side } from "../api/types.js";
 import { button, card, facts, h } from "../dom.js";
 import { pathOf } from "../route.js";
-import { Gauge } from "../plot/gauge.js";
+import { gaugeIn } from "../plot/gauge.js";
 import { TimelinePlot, type History } from "../plot/timeline.js";
-import { withoutOverrides } from "../text/names.js";
+import { capital, withoutOverrides } from "../text/names.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
-import { pairNotes, rangeOf, shownLimit, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
-import { criteriaOf, foremostOf, isLimit, type Limit } from "../text/criteria.js";
+import { pairNotes, rangeOf, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
+import { criteriaOf, foremostOf, isLimit, shownLimit, type Limit } from "../text/criteria.js";
 import { directionsOf } from "./directions.js";
 import { iconOf } from "./icon.js";
 import { mapRows, showViewer } from "./maps.js";
@@ -93,13 +93,11 @@ function gaugesOf(result: Comparison, ends: (() => void)[]): HTMLElement[] {
     const host = h("div", { class: `plot gauge ${one?.verdict ?? ""}` });
     const { lower, upper } = one ?? result.distance;
     const name = one && one.name !== "distance" ? withoutOverrides(capital(one.name)) : "";
-    const gauge = new Gauge(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result), name });
+    const gauge = gaugeIn(host, { lower, upper, limit: one?.limit ?? null, units: unitsOf(result), name });
     ends.push(() => gauge.dispose());
     return name === "" ? [host] : [h("p", { class: "gauge-name" }, name), host];
   });
 }
-
-const capital = (name: string) => name.charAt(0).toUpperCase() + name.slice(1);
 
 function columns(face: ResultFace, ends: (() => void)[]): HTMLElement {
   const { result, history } = face;

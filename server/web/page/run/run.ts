@@ -3,7 +3,7 @@
 import type { Client } from "../api/client.js";
 import { ProblemError } from "../api/problem.js";
 import { hasEnded, type Job, type JobState, type ProgressEvent, type Side, type Stage } from "../api/types.js";
-import { store, type UploadStep } from "../api/upload.js";
+import { hex, store, type UploadStep } from "../api/upload.js";
 import { watch } from "../api/watch.js";
 import { button, h, type Announcer } from "../dom.js";
 import type { Chosen, Order } from "../form/form.js";
@@ -64,9 +64,7 @@ async function idOf(client: Client, side: Side, chosen: Chosen, report: Progress
 }
 
 // So that a repeated request starts nothing twice. crypto.randomUUID is missing on plain http.
-function newKey(): string {
-  return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
-}
+const newKey = (): string => hex(crypto.getRandomValues(new Uint8Array(16)).buffer);
 
 export function stageWords(state: JobState, stage: Stage): string {
   if (state === "queued") return "Waiting for a free worker";

@@ -1,6 +1,7 @@
 // The criteria of a result: each limit and each expectation, with what is known of it.
-import type { Comparison, Directed, Side, Vec3 } from "../api/types.js";
-import { plain, withUnits } from "./numbers.js";
+import type { Comparison, Directed, Side } from "../api/types.js";
+import type { Witness } from "../viewer/settings.js";
+import { plain, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Criterion = Comparison["criteria"][number];
 
@@ -38,6 +39,23 @@ function ofOldResult(result: Comparison): Criterion[] {
 /** " ± 0.01 mm", what stands behind the limit; "": it has no uncertainty. */
 export const plusMinus = ({ uncertainty }: Limit, units: string): string => (uncertainty ? ` ± ${withUnits(plain(uncertainty), units)}` : "");
 
+/** The end of the limit's uncertainty that the verdict is about: for the digits that are shown, and for nothing else. */
+export function shownLimit({ limit, uncertainty, verdict }: Limit): number {
+  return verdict === "pass" ? limit - uncertainty : verdict === "fail" ? limit + uncertainty : limit;
+}
+
+/** Why a limit stays open where no more effort would decide it. */
+export const whyOpen = ({ uncertainty }: Limit): string =>
+  uncertainty > 0 ? "The interval lies within the uncertainty of the limit." : "The limit is within rounding error of the distance.";
+
+/** "a limit of at least 0.0976 mm (pass) or below 0.0968 mm (fail)", those that the interval decides; "": none. */
+export function decidingLimit({ lower, upper, uncertainty }: Limit, units: string): string {
+  const parts: string[] = [];
+  if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper + uncertainty, 6), units)} (pass)`);
+  if (lower > uncertainty) parts.push(`below ${withUnits(toDigitsBelow(lower - uncertainty, 6), units)} (fail)`);
+  return parts.length === 0 ? "" : `a limit ${parts.join(" or ")}`;
+}
+
 /** How many distances of the certified areas a limit asks for: none but a share's one, or both ends of an uncertain one. */
 export const distancesAsked = ({ of, uncertainty }: Criterion): number => (of === "share" ? (uncertainty ? 2 : 1) : 0);
 
@@ -47,31 +65,20 @@ export function placeWords({ region }: Criterion): string {
   return region === rest ? "Outside of the regions: " : `In ${region}: `;
 }
 
-/** A point at least `lower` away from the other mesh. */
-interface FoundWitness {
-  from: Side;
-  point: Vec3;
-  nearest: Vec3; // that of a side is not known: the point itself
-  lower: number;
-  upper: number;
-  triangle: number;
-  nearestTriangle: number;
-}
-
 /** One per direction that has one; the first attains the lower end of the interval. */
-export function witnessesOf(result: Comparison): FoundWitness[] {
+export function witnessesOf(result: Comparison): Witness[] {
   const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
   return found.sort((one, other) => other.lower - one.lower);
 }
 
 /** The same, but first the point of a limit that is not kept, as of a region or a side. */
-export function witnessesToShow(result: Comparison): FoundWitness[] {
+export function witnessesToShow(result: Comparison): Witness[] {
   const found = witnessesOf(result), first = result.verdict === "pass" ? null : foremostWitness(result);
   return first ? [first, ...found.filter(({ from }) => from !== first.from)] : found;
 }
 
 // The foremost criterion may have no point, as an expectation.
-function foremostWitness(result: Comparison): FoundWitness | null {
+function foremostWitness(result: Comparison): Witness | null {
   const worst = criteriaOf(result).filter((one) => one.verdict === result.verdict && one.witness);
   const shown = worst.find(({ name }) => name === result.foremost) ?? worst[0];
   if (!shown?.witness) return null;
@@ -79,7 +86,7 @@ function foremostWitness(result: Comparison): FoundWitness | null {
   return { from: on, point, nearest: nearest_point ?? point, lower: shown.lower ?? 0, upper: shown.upper ?? Infinity, triangle, nearestTriangle: nearest_triangle ?? 0 };
 }
 
-function witnessOf(from: Side, directed: Directed | null): FoundWitness | null {
+function witnessOf(from: Side, directed: Directed | null): Witness | null {
   if (!directed?.witness) return null;
   const { point_a, point_b, triangle_a, triangle_b } = directed.witness;
   const { lower, upper } = directed;

@@ -8,6 +8,8 @@ export function seenName(name: string | null): string | null {
   return name !== null && visible.test(name) ? name : null;
 }
 
+export const capital = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
+
 /** For text that continues after the name. */
 export function withoutOverrides(text: string): string {
   return text.replace(overrides, "");

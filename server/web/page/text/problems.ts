@@ -1,6 +1,7 @@
 // Explains problems: what happened, in which part, and what to do.
-import { NetworkError, ProblemError } from "../api/problem.js";
+import { kindOf, NetworkError, ProblemError } from "../api/problem.js";
 import type { Problem } from "../api/types.js";
+import { capital } from "./names.js";
 
 export interface Explained {
   title: string;
@@ -59,7 +60,7 @@ export function explain(error: unknown): Explained {
 }
 
 export function explainProblem(problem: Problem, requestId: string | null): Explained {
-  const kind = problem.type.slice(problem.type.lastIndexOf(":") + 1);
+  const kind = kindOf(problem);
   const defects = problem.errors.map(toDefect);
   const gone = kind === "not-found" && /(comparison|batch) has this id/.exec(problem.detail)?.[1];
   // The service's words for these are meant for programs.
@@ -77,7 +78,7 @@ export function explainProblem(problem: Problem, requestId: string | null): Expl
 /** Makes a sentence: the service's messages start with a small letter and have no full stop. */
 export function asSentence(text: string): string {
   if (text === "") return "";
-  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.?!]$/.test(text) ? "" : "."}`;
+  return `${capital(text)}${/[.?!]$/.test(text) ? "" : "."}`;
 }
 
 function toDefect(error: Problem["errors"][number]): Defect {

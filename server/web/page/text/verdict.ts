@@ -1,8 +1,10 @@
 // The meaning of a result in sentences, in the words of `meshgauge check`.
 import type { Comparison, Direction, Side, Status, Verdict } from "../api/types.js";
-import { criteriaOf, foremostOf, isLimit, placeWords, plusMinus, witnessesOf, type Criterion, type Limit } from "./criteria.js";
-import { withoutOverrides } from "./names.js";
-import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
+import {
+  criteriaOf, decidingLimit, foremostOf, isLimit, placeWords, plusMinus, shownLimit, whyOpen, witnessesOf, type Criterion, type Limit,
+} from "./criteria.js";
+import { capital, withoutOverrides } from "./names.js";
+import { inPercent, inTime, intervalText, intervalWords, plain, pointText, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
 
@@ -65,18 +67,13 @@ function wordsOf(criterion: Criterion, result: Comparison, timeoutMs: number | n
   return place === "" ? words : { ...words, reason: place + words.reason.charAt(0).toLowerCase() + words.reason.slice(1) };
 }
 
-const sentenceOf = (finding: string): string => `${finding.charAt(0).toUpperCase()}${withoutOverrides(finding.slice(1))}.`;
+const sentenceOf = (finding: string): string => `${capital(withoutOverrides(finding))}.`;
 
 const areaProofs: Record<Verdict, string> = {
   pass: "The interval proves it: its upper end is a bound of the exact share, not an estimate from samples.",
   fail: "The interval proves it: its lower end is a bound of the exact share, not an estimate from samples.",
   undecided: "What would decide: more time.",
 };
-
-/** The end of the limit's uncertainty that the verdict is about: for the digits that are shown, and for nothing else. */
-export function shownLimit({ limit, uncertainty, verdict }: Limit): number {
-  return verdict === "pass" ? limit - uncertainty : verdict === "fail" ? limit + uncertainty : limit;
-}
 
 function figures(criterion: Limit, units: string) {
   const { lower, upper, limit } = criterion;
@@ -141,9 +138,6 @@ function forUndecided(criterion: Limit, result: Comparison, timeoutMs: number | 
   };
 }
 
-const whyOpen = ({ uncertainty }: Limit): string =>
-  uncertainty > 0 ? "The interval lies within the uncertainty of the limit." : "The limit is within rounding error of the distance.";
-
 // Work on sides that is complete was as narrow as asked.
 function endOf({ status }: Criterion, result: Comparison): Status {
   if (status === "complete") return "converged";
@@ -151,13 +145,6 @@ function endOf({ status }: Criterion, result: Comparison): Status {
 }
 
 const between = (range: string) => (range.includes(" to ") ? `between ${range.replace(" to ", " and ")}` : range);
-
-function decidingLimit({ lower, upper, uncertainty }: Limit, units: string): string {
-  const parts: string[] = [];
-  if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper + uncertainty, 6), units)} (pass)`);
-  if (lower > uncertainty) parts.push(`below ${withUnits(toDigitsBelow(lower - uncertainty, 6), units)} (fail)`);
-  return parts.length === 0 ? "" : `a limit ${parts.join(" or ")}`;
-}
 
 const longestTimeoutMs = 180_000;
 
@@ -192,7 +179,7 @@ function withoutGate(result: Comparison, timeoutMs: number | null): Wording {
     };
   }
   const reason = `${subject[result.direction]} is ${between(range)}.${whereFound(result)}`;
-  return { tone: "measured", heading: headingFor(range), reason, proof: statusSentence(result) };
+  return { tone: "measured", heading: capital(range), reason, proof: statusSentence(result) };
 }
 
 // Names the surface on which the difference is visible; with one direction the subject has named it.
@@ -201,8 +188,6 @@ function whereFound(result: Comparison): string {
   if (!witness || witness.lower === 0 || result.direction !== "symmetric") return "";
   return ` A point that is ${withUnits(toDigitsBelow(witness.lower, 4), unitsOf(result))} or more away lies on the ${meshName[witness.from]}.`;
 }
-
-const headingFor = (range: string) => (range.startsWith("at least") ? range.replace("at", "At") : range);
 
 const subject: Record<Direction, string> = {
   symmetric: "The largest distance from any point of one surface to the other",
@@ -217,8 +202,7 @@ export function statusSentence(result: Comparison): string {
     return `The interval is as narrow as asked: ${inPercent(reached.relative, 2)} of the distance.`;
   if (result.status === "converged") return "The interval is as narrow as asked.";
   if (result.status === "gate_decided") return "The limit was decided before the interval was as narrow as asked. Without a limit it gets as narrow as asked.";
-  const why = whyEnded[result.status];
-  return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far is still valid.`;
+  return `${capital(whyEnded[result.status])}. The interval reached so far is still valid.`;
 }
 
 /** The title of the browser's tab. */

@@ -10,16 +10,24 @@ const kInsideAboveLimit: Rgb = [52, 0, 120];
 export type Path = "plain" | "outside" | "inside";
 export const kPaths: readonly Path[] = ["plain", "outside", "inside"]; // rows of the table
 export const aboveLimit = (path: Path): Rgb => (path === "inside" ? kInsideAboveLimit : kAboveLimit);
+export type SideOfB = Exclude<Path, "plain">;
 export const kSteps = 1024; // of the map; a share is rounded to the nearest one
+
+export interface SideLimit {
+  limit: number; // of A on that side of B, not negative
+  lower: number; // proved: A reaches as far there
+}
 
 export interface ColourScale {
   top: number; // distance of the last colour, not negative
   limited: boolean; // `top` is a limit, and larger distances get kAboveLimit
-  zone?: Partial<Record<Path, number>>; // the limit of each side
+  sideLimits?: Record<SideOfB, SideLimit>;
 }
 
 // The distance above which a path has its last colour; infinite: none.
-export const limitOf = ({ top, limited, zone }: ColourScale, path: Path): number => Math.min(limited ? top : Infinity, zone?.[path] ?? Infinity);
+export function limitOf({ top, limited, sideLimits }: ColourScale, path: Path): number {
+  return Math.min(limited ? top : Infinity, path === "plain" || !sideLimits ? Infinity : sideLimits[path].limit);
+}
 
 // A helix in OKLab; api/map/colour_map.cpp explains its numbers.
 function helix(share: number): [number, number, number] {

@@ -8,6 +8,14 @@ import { atLeast, withUnits } from "./words";
 
 const kAxes: Record<"x" | "y" | "z", Vec3> = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 
+const kToggles = {
+  wire: ["Edges are shown.", "Edges are not shown."],
+  plain: ["Colours are plain, without light.", "Colours are lit."],
+  split: ["Side by side; the cameras are linked.", "One picture."],
+} as const;
+
+export const cutWords = (axis: CutAxis): string => (axis === "off" ? "No cut" : `Cut across ${axis === "view" ? "the direction of view" : axis}`);
+
 export class Commands {
   constructor(
     private readonly stage: Stage,
@@ -22,22 +30,10 @@ export class Commands {
     this.live.say(`${nameOf(coloured)} is coloured by its distance to ${nameOf(other(coloured))}.`);
   }
 
-  toggle(name: "wire" | "plain" | "split", on: string, off: string): void {
+  toggle(name: keyof typeof kToggles): void {
     const value = !this.now[name];
     this.store.set({ [name]: value });
-    this.live.say(value ? on : off);
-  }
-
-  wire(): void {
-    this.toggle("wire", "Edges are shown.", "Edges are not shown.");
-  }
-
-  plain(): void {
-    this.toggle("plain", "Colours are plain, without light.", "Colours are lit.");
-  }
-
-  split(): void {
-    this.toggle("split", "Side by side; the cameras are linked.", "One picture.");
+    this.live.say(kToggles[name][value ? 0 : 1]);
   }
 
   show(side: "a" | "b"): void {
@@ -51,7 +47,7 @@ export class Commands {
     const pose = this.stage.eye.pose();
     const normal = axis === "view" ? unit(sub(pose.position, pose.target)) : axis === "off" ? this.now.cut.normal : kAxes[axis];
     this.store.set({ cut: { ...this.now.cut, axis, normal } });
-    this.live.say(axis === "off" ? "No cut." : `Cut across ${axis === "view" ? "the direction of view" : axis}.`);
+    this.live.say(`${cutWords(axis)}.`);
   }
 
   nextCut(): void {

@@ -1,11 +1,10 @@
 // The distribution of distance over a surface's area. Within a triangle the distance is linear between its vertices, as in
 // the picture, so that shares and highlights agree to the pixel. Computed, not certified.
+import type { Mesh } from "./shape";
 
-export interface Surface {
-  positions: Float32Array;
-  indices: Uint32Array;
+// Of a cloud each point counts as much as any other.
+export interface Surface extends Mesh {
   distances: Float32Array;
-  cloud?: boolean; // each point counts as much as any other
 }
 
 // For a triangle with distances low <= middle <= high, returns the share of its area that is nearer than t.

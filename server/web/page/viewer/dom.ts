@@ -22,8 +22,9 @@ export function makeSvg(tag: string, attributes: Record<string, string | number>
   return element;
 }
 
-export function button(text: string, title: string, press: () => void): HTMLButtonElement {
-  const made = make("button", { text, attributes: { type: "button", title } });
+// `label`: for screen readers, where the text does not suffice.
+export function button(text: string, title: string, press: () => void, label?: string): HTMLButtonElement {
+  const made = make("button", { text, attributes: { type: "button", title, ...(label === undefined ? {} : { "aria-label": label }) } });
   made.addEventListener("click", press);
   return made;
 }

@@ -3,7 +3,7 @@
 import { MOUSE, TOUCH, type PerspectiveCamera, type Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { axesOf, distanceFor, flight, kViews, wholeView, type CameraState } from "./camera";
-import { add, length, scale, sub, unit, type Vec3 } from "./vec";
+import { add, cross, dot, length, scale, sub, unit, type Vec3 } from "./vec";
 
 export type Pose = Pick<CameraState, "position" | "target" | "up" | "fov">;
 type Aim = Pick<CameraState, "position" | "target" | "up">;
@@ -101,7 +101,7 @@ export class Eye {
     const turned = aroundAxis(offset, pose.up, (right * Math.PI) / 180);
     const { right: axis } = axesOf({ ...pose, position: add(pose.target, turned) });
     const tilted = aroundAxis(turned, axis, (-up * Math.PI) / 180);
-    const overhead = Math.abs(unit(tilted).reduce((sum, x, k) => sum + x * pose.up[k]!, 0)) > 0.9995;
+    const overhead = Math.abs(dot(unit(tilted), pose.up)) > 0.9995;
     this.setPose({ position: add(pose.target, overhead ? turned : tilted) });
   }
 
@@ -182,9 +182,7 @@ function scaledAngle(degrees: number, factor: number): number {
 
 // Rodrigues' rotation.
 function aroundAxis(v: Vec3, axis: Vec3, angle: number): Vec3 {
-  const k = unit(axis);
-  const along = k[0] * v[0] + k[1] * v[1] + k[2] * v[2];
-  const side: Vec3 = [k[1] * v[2] - k[2] * v[1], k[2] * v[0] - k[0] * v[2], k[0] * v[1] - k[1] * v[0]];
+  const k = unit(axis), along = dot(k, v), side = cross(k, v);
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   return [0, 1, 2].map((i) => v[i]! * c + side[i]! * s + k[i]! * along * (1 - c)) as Vec3;
 }

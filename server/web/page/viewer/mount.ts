@@ -48,14 +48,13 @@ const kLight: Tones = { faded: [165, 168, 176], section: [222, 214, 200], tint: 
 const kDark: Tones = { faded: [74, 77, 86], section: [150, 142, 130], tint: [176, 192, 220], line: [235, 238, 245] };
 
 // The end of the colours: the limit, or the largest distance that was asked for.
-export function colourScaleOf({ a, b, limit, zone, measured = ["a", "b"] }: ViewerInput, areas: Record<Side, AreaDistribution>): ColourScale {
-  const sides = zone ? { zone } : {};
-  if (limit !== null) return { top: limit, limited: true, ...sides };
+export function colourScaleOf({ a, b, limit, sideLimits, measured = ["a", "b"] }: ViewerInput, areas: Record<Side, AreaDistribution>): ColourScale {
+  if (limit !== null) return { top: limit, limited: true, sideLimits };
   const largest = measured.map((side) => {
     const { scale } = side === "a" ? a : b;
     return Math.max(areas[side].largest, scale && !scale.limited ? scale.top : 0);
   });
-  return { top: Math.max(...largest), limited: false, ...sides };
+  return { top: Math.max(...largest), limited: false, sideLimits };
 }
 
 class Viewer {

@@ -3,7 +3,7 @@ import { aboveLimit, colourOf, css, limitOf, mapColour, ticks, type ColourScale,
 import { AreaDistribution } from "./distribution";
 import { button, make, makeSvg } from "./dom";
 import { nameOf, other, pathsOf, type Side, type Store, type ViewerInput } from "./settings";
-import { figure, isBeyond, limitWords, percent, withUnits, zoneWords, type Beyond, type OneSide } from "./words";
+import { figure, isBeyond, limitWords, percent, sideWords, withUnits, type Beyond, type OneSide } from "./words";
 
 const kAbovePart = 0.2;
 
@@ -269,26 +269,20 @@ export class Scale {
   private wholeWords(): string {
     const hint = this.hasPicture ? "Drag here, or move the two ends, to highlight a range of distances." : "Drag here, or move the two ends, to ask for the area of a range of distances.";
     const { limited, top } = this.colours;
-    if (!limited && !this.beyond.a.zone) return hint;
+    if (!limited && !this.beyond.a.ofSides) return hint;
     return `${limitWords(this.store.value, this.beyond, this.input.witnesses, limited ? top : null)} ${hint}`;
   }
 
   // Distances are rounded to single precision: one that equals the limit is not beyond it.
   private beyondOf(side: Side): Beyond {
-    const { sides } = this.input[side];
-    if (this.colours.zone && sides) return this.beyondZone(side, sides);
-    return beyondLimit(this.areas[side], this.colours.top);
-  }
-
-  // Where no side is proved, A is within rounding of B.
-  private beyondZone(side: Side, sides: Float32Array): Beyond {
-    const map = this.input[side];
+    const map = this.input[side], { sides } = map, { sideLimits } = this.colours;
+    if (!sideLimits || !sides) return beyondLimit(this.areas[side], this.colours.top);
     const both = (["inside", "outside"] as const).map((path): OneSide => {
       const sign = path === "inside" ? -1 : 1, limit = limitOf(this.colours, path);
-      const distances = map.distances.map((distance, v) => sign * sides[v]! * distance);
-      return { side: path, limit, lower: this.input.reached?.[path] ?? 0, ...beyondLimit(new AreaDistribution({ ...map, distances }), limit) };
+      const distances = map.distances.map((distance, v) => sign * sides[v]! * distance); // 0 where no side is proved: within rounding of B
+      return { side: path, limit, lower: sideLimits[path].lower, ...beyondLimit(new AreaDistribution({ ...map, distances }), limit) };
     });
-    return { farther: both.some(isBeyond), share: 0, of: this.areas[side].of, zone: zoneWords(both, this.units) };
+    return { farther: both.some(isBeyond), share: 0, of: this.areas[side].of, ofSides: sideWords(both, this.units) };
   }
 
   private brushWords(): string {

@@ -1,5 +1,5 @@
 // The state that the toolbar, the keys and the scale change and the picture shows.
-import type { Path } from "./colours";
+import type { ColourScale, Path } from "./colours";
 import type { DeviationMap } from "./map";
 import type { Vec3 } from "./vec";
 
@@ -24,10 +24,11 @@ export function shownAt({ sides, distances, indices }: Pick<DeviationMap, "sides
   return { distance: sum((v) => distances[v]!), path: !sides ? "plain" : signed < 0 ? "inside" : "outside", proved: signed !== 0 };
 }
 
+// A point at least `lower` away from the other mesh.
 export interface Witness {
   from: Side;
   point: Vec3;
-  nearest: Vec3;
+  nearest: Vec3; // that of a side is not known: the point itself
   lower: number;
   upper: number;
   triangle: number;
@@ -39,8 +40,7 @@ export interface ViewerInput {
   b: DeviationMap; // coloured by its distance to A
   measured?: Side[]; // the meshes whose distance to the other was asked for; by default both
   limit: number | null;
-  zone?: { inside: number; outside: number }; // limits of A on each side of B, not negative
-  reached?: { inside: number; outside: number }; // how far A reaches there at least, proved
+  sideLimits?: ColourScale["sideLimits"];
   units: string;
   witnesses: Witness[]; // one per direction; the first belongs to the verdict
   up?: "y" | "z"; // the axis that points up in such files; z by default

@@ -252,9 +252,14 @@ export class Stage {
 
   // Draws only the marks, over the canvas as it is.
   private drawMarks(pixel: number): void {
-    const camera = this.camera();
+    this.drawParts(this.camera(), pixel, () => undefined);
+  }
+
+  // Draws each part of the canvas after `prepare`, and tells where the labels are.
+  private drawParts(camera: CameraState, pixel: number, prepare: (side: Side) => void): void {
     this.renderer.setScissorTest(true);
     this.onLabels(this.viewports().map(({ side, rect }) => {
+      prepare(side);
       const place = { at: this.updateMarks(camera, side, rect, pixel), viewport: rect, side };
       this.renderPart(camera, rect);
       return place;
@@ -286,15 +291,10 @@ export class Stage {
     const camera = this.camera();
     this.renderer.setScissorTest(false);
     this.renderer.clear();
-    this.renderer.setScissorTest(true);
-    const places = this.viewports().map(({ side, rect }) => {
+    this.drawParts(camera, 1 / ratio, (side) => {
       this.look(side, fineness, moving);
       this.updateCut(camera);
-      const place = { at: this.updateMarks(camera, side, rect, 1 / ratio), viewport: rect, side };
-      this.renderPart(camera, rect);
-      return place;
     });
-    this.onLabels(places);
   }
 
   private look(side: Side, fineness: Fineness, moving: boolean): void {

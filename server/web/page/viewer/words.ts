@@ -1,6 +1,6 @@
 // The words and numbers beside the picture: figures, what the visible surfaces say about the limit, notes on the picture.
-import type { Path } from "./colours";
-import { nameOf, other, type Side, type ViewerInput, type Witness } from "./settings";
+import type { SideLimit, SideOfB } from "./colours";
+import { nameOf, other, type Settings, type Side, type ViewerInput, type Witness } from "./settings";
 
 // About `digits` digits, without an exponent where that is readable.
 export function figure(value: number, digits = 4): string {
@@ -42,19 +42,17 @@ export interface Beyond {
   farther: boolean; // any visible part of it is beyond the limit
   share: number; // of its area or points
   of?: "area" | "points";
-  zone?: string; // zoneWords(), where the sides have limits
+  ofSides?: string; // sideWords(), where the sides have limits
 }
 
 // How far A is beyond the limit of one side of B.
-export interface OneSide extends Omit<Beyond, "zone"> {
-  side: Exclude<Path, "plain">;
-  limit: number;
-  lower: number; // proved: A reaches as far
+export interface OneSide extends Omit<Beyond, "ofSides">, SideLimit {
+  side: SideOfB;
 }
 
 export const isBeyond = ({ farther, lower, limit }: OneSide): boolean => farther || lower > limit;
 
-export function zoneWords(sides: readonly OneSide[], units: string): string {
+export function sideWords(sides: readonly OneSide[], units: string): string {
   const said = sides.filter(isBeyond).map(({ side, limit, share, farther, of = "area" }) => {
     const where = `more than ${withUnits(figure(limit), units)} ${side} of B`;
     return farther ? `${percent(Math.max(share, 1e-9))} of A’s ${of} ${of === "area" ? "is" : "are"} ${where}` : `A reaches ${where}, where it is too small to show`;
@@ -62,15 +60,10 @@ export function zoneWords(sides: readonly OneSide[], units: string): string {
   return said.length === 0 ? "All of A that is shown is within the limits of both sides." : `${said.join(", and ")}.`;
 }
 
-interface Shown {
-  coloured: Side;
-  split: boolean;
-}
-
 // What the visible surfaces say about the limit, in one or two sentences: of both, since one may be within the limit while
 // the comparison fails. `limit`: of both surfaces; null: A alone has limits, of its sides.
-export function limitWords({ coloured, split }: Shown, beyond: Record<Side, Beyond>, witnesses: readonly Witness[], limit: number | null): string {
-  if (limit === null) return capital(beyond.a.zone ?? "");
+export function limitWords({ coloured, split }: Pick<Settings, "coloured" | "split">, beyond: Record<Side, Beyond>, witnesses: readonly Witness[], limit: number | null): string {
+  if (limit === null) return capital(beyond.a.ofSides ?? "");
   const hidden = other(coloured);
   const state = { a: stateOf("a", beyond.a, witnesses, limit), b: stateOf("b", beyond.b, witnesses, limit) };
   if (state.a === "within" && state.b === "within") return "All of A and of B that is shown is within the limit.";
@@ -89,9 +82,9 @@ function stateOf(side: Side, { farther }: Beyond, witnesses: readonly Witness[],
   return witnesses.some(({ from, lower }) => from === side && lower > limit) ? "point" : "within";
 }
 
-function sentence(side: Side, state: State, { share, of = "area", zone }: Beyond): string {
+function sentence(side: Side, state: State, { share, of = "area", ofSides }: Beyond): string {
   const [one, two] = [nameOf(side), nameOf(other(side))];
-  if (zone && state === "area") return zone;
+  if (ofSides && state === "area") return ofSides;
   if (state === "within") return `All of ${one} that is shown is within the limit.`;
   if (state === "point") return `The witness of ${one} is farther from ${two} than the limit; the area around it is too small to show.`;
   return `${percent(Math.max(share, 1e-9))} of ${one}’s ${of} ${of === "area" ? "is" : "are"} farther from ${two} than the limit.`;
