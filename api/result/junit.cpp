@@ -44,7 +44,7 @@ std::string in_seconds(double seconds) {
   return {text.begin(), std::to_chars(text.begin(), text.end(), s, std::chars_format::fixed, 3).ptr};
 }
 
-// Returns UTC without the zone, which the schema does not allow.
+// Returns UTC without its "Z", which the schema does not allow.
 std::string timestamp(std::chrono::system_clock::time_point when) { return to_utc(when).substr(0, 19); }
 
 }  // namespace

@@ -34,7 +34,7 @@ struct Everything {
   Everything() {
     options.max_distance = 0.5;
     options.uncertainty = 0.125;
-    options.zone = SideOptions::Zone{1, 2};
+    options.zone = SideOptions::Limits{1, 2};
     options.max_share_beyond = {0.25, 0.125};
     Region bore;
     bore.name = "bore";
