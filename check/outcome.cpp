@@ -80,11 +80,6 @@ Result<Json> rest_of(const Json& document, const api::ComparisonOptions& options
   return part;
 }
 
-bool is_same_limit(const Criterion& one, const Criterion& other) {
-  return one.of == other.of && one.region == other.region && one.side == other.side && one.beyond == other.beyond &&
-         one.limit == other.limit && one.uncertainty == other.uncertainty;
-}
-
 // What the document says of the limit beside its criterion: an interval, or null for a mesh without sides.
 const Json& interval_of(const Json& document, const Criterion& asked, std::size_t region) {
   if (asked.beyond) return document.at("share_beyond").at("share");
@@ -228,13 +223,9 @@ std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion
            ": part of the area is that far away, within rounding error.";
   const std::string limit = deciding_limit(outcome, criterion),
                     effort = is_open_for_ever(criterion) ? "" : more_effort(outcome.gate, criterion.status);
-  const std::string decided = (criterion.is_of_region() ? criterion.region + ": decided by " : "Decided by ") + limit +
-                              (limit.empty() || effort.empty() ? "" : "; or ") + effort;
-  if (!effort.empty()) return decided + ".";
-  if (criterion.uncertainty > 0)
-    return decided + "; the " + (criterion.beyond ? "share" : "distance") +
-           " is closer to its limit than the uncertainty lets be told.";
-  return decided + "; the limit is within rounding error of the " + (criterion.beyond ? "share." : "distance.");
+  return (criterion.is_of_region() ? criterion.region + ": decided by " : "Decided by ") + limit +
+         (limit.empty() || effort.empty() ? "" : "; or ") +
+         (effort.empty() ? "; " + why_open(criterion) : effort) + ".";
 }
 
 std::string for_undecided(const GateOutcome& outcome) {
@@ -378,7 +369,7 @@ std::vector<Criterion> GateOutcome::criteria() const {
 std::string GateOutcome::unit() const {
   const auto& known =
       measured && measured->units.result.unit ? measured->units.result.unit : gate.request.options.units.limit;
-  return known ? std::string(api::to_string(*known)) : std::string();
+  return std::string(api::to_string(known));
 }
 
 Level GateOutcome::level(Undecided rule) const {

@@ -192,6 +192,11 @@ Verdict verdict_of(const Criterion& limit) {
   return verdict_within(limit.lower, limit.upper, limit.ends());
 }
 
+bool is_same_limit(const Criterion& one, const Criterion& other) {
+  return one.of == other.of && one.region == other.region && one.side == other.side && one.beyond == other.beyond &&
+         one.limit == other.limit && one.uncertainty == other.uncertainty;
+}
+
 Criterion judged(Criterion limit) {
   limit.name = limit.of == Criterion::Of::share ? "share beyond" : name_of_distance(limit);
   limit.verdict = verdict_of(limit);
@@ -310,6 +315,21 @@ std::string finding_of(const Criterion& criterion, std::string_view unit, const 
     default:
       return criterion.name + ": " + criterion.found + ", expected " + criterion.expected;
   }
+}
+
+std::string why_open(const Criterion& limit) {
+  const std::string what = limit.of == Criterion::Of::share ? "share" : "distance";
+  return limit.is_uncertain() ? "the " + what + " is closer to its limit than the uncertainty lets be told"
+                              : "the limit is within rounding error of the " + what;
+}
+
+Json terms_json(const LimitTerms& terms) {
+  return terms.is_uncertain() ? Json{{"uncertainty", terms.uncertainty}} : Json::object();
+}
+
+LimitTerms terms_in(const Json& object) {
+  const auto found = object.find("uncertainty");
+  return {found != object.end() && found->is_number() ? found->get<double>() : 0};
 }
 
 Json json_of(const Criterion& criterion, std::string_view unit) {

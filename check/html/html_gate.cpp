@@ -367,7 +367,7 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
     const std::string of = criterion.beyond ? "share of the area farther than " +
                                                   with_unit(to_digits(*criterion.beyond, 6), outcome.unit())
                                             : criterion.name;
-    if (criterion.uncertainty > 0)
+    if (criterion.is_uncertain())
       return "Not decided: the limit is " + limit + ", the " + of + " lies between " + text.lower + " and " +
              with_unit(text.upper, unit) + ". ";
     return "Not decided: the limit of " + limit + " lies between the bounds of the " + of + ", " + text.lower +

@@ -44,8 +44,8 @@ void add_measured(Properties& properties, const Measured& measured) {
   properties.emplace_back("lower", shortest(measured.lower));
   properties.emplace_back("upper", shortest(measured.upper));
   for (const Criterion& criterion : measured.criteria) add(criterion, properties);
-  if (const double u = measured.criteria.front().uncertainty; u > 0)
-    properties.emplace_back("uncertainty", shortest(u));
+  const auto terms = api::terms_json(measured.criteria.front());
+  for (const auto& [name, value] : terms.items()) properties.emplace_back(name, shortest(value.get<double>()));
   properties.emplace_back("status", shown_name(measured.status));
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);
   if (!measured.witness) return;

@@ -73,7 +73,7 @@ Json properties_of(const GateOutcome& outcome) {
   if (const Criterion* distance = measured.distance()) properties["limit"] = distance->limit;
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
-  if (const double u = measured.criteria.front().uncertainty; u > 0) properties["uncertainty"] = u;
+  properties.update(api::terms_json(measured.criteria.front()));
   std::vector<Criterion> criteria = outcome.criteria();
   properties["foremost"] = shown_name(api::foremost(criteria).name);
   for (Criterion& shown : criteria) {

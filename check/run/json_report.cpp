@@ -58,8 +58,8 @@ Json json_of(const std::vector<PastRun>& runs) {
   Json json = Json::array();
   for (const PastRun& run : runs) {
     Json& one = json.emplace_back(json_of(run));
-    one["criteria"] = json_of(run.criteria);
-    if (run.uncertainty > 0) one["uncertainty"] = run.uncertainty;
+    one["criteria"] = run.criteria;
+    one.update(api::terms_json(run.terms));
   }
   return json;
 }

@@ -60,15 +60,13 @@ std::optional<double> limit_of(const store::Job& job) {
 
 // The unit of all lengths of the result, such as "mm". Empty: not known.
 std::string unit_of(const api::ResultFacts& facts) {
-  const auto& unit = facts.units.result.unit;
-  return unit ? std::string(api::to_string(*unit)) : std::string();
+  return std::string(api::to_string(facts.units.result.unit));
 }
 
 // The unit of the limit. Empty: not known, or there is no gate.
 std::string unit_of(const Json& gate) {
   if (!gate.contains("units") || !gate["units"].is_string()) return "";
-  const auto unit = api::parse_unit(gate["units"].get_ref<const std::string&>());
-  return unit ? std::string(api::to_string(*unit)) : std::string();
+  return std::string(api::to_string(api::parse_unit(gate["units"].get_ref<const std::string&>())));
 }
 
 Json failure_of(const store::BatchRow& row) {
