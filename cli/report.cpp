@@ -97,18 +97,12 @@ void add_direction(std::string& out, const char* name, const std::optional<Direc
 
 // "verdict   fail", and below it each criterion, the foremost first: "fail      the distance is at least ...".
 void add_verdict(std::string& out, const Comparison& comparison) {
-  const auto criteria = api::criteria_of(comparison);
+  const auto criteria = api::foremost_first(api::criteria_of(comparison));
   if (criteria.empty()) return;
   const std::string_view unit = api::to_string(comparison.units.result.unit);
-  out += formatted("verdict   %s\n", std::string(api::to_string(*api::worst(criteria))).c_str());
-  const api::Criterion& foremost = api::foremost(criteria);
-  const auto add = [&](const api::Criterion& one) {
+  out += formatted("verdict   %s\n", std::string(api::to_string(criteria.front().verdict)).c_str());
+  for (const api::Criterion& one : criteria)
     out += formatted("  %-9s ", std::string(api::to_string(one.verdict)).c_str()) + api::finding_of(one, unit) + "\n";
-  };
-  add(foremost);
-  for (const api::Criterion& one : criteria) {
-    if (&one != &foremost) add(one);
-  }
 }
 
 // "region    bore: 0.0101 .. 0.0103 mm".

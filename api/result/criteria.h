@@ -102,6 +102,9 @@ std::optional<Verdict> worst(std::span<const Criterion> criteria);
 // Precondition: there is a criterion.
 const Criterion& foremost(std::span<const Criterion> criteria);
 
+// Returns them with that one at the front; the others keep their order.
+std::vector<Criterion> foremost_first(std::vector<Criterion> criteria);
+
 // Returns the one to look at: of those with the worst verdict and a place the one that comes first as by foremost();
 // null: none has a place.
 const Criterion* foremost_place(std::span<const Criterion> criteria);
@@ -151,5 +154,8 @@ nlohmann::ordered_json json_of(const Criterion& criterion, std::string_view unit
 // Reads what json_of() writes. Name and verdict of a limit are as by judged(), whatever the document says. Error:
 // internal when it is no criterion or has no interval.
 Result<Criterion> read_criterion(const nlohmann::ordered_json& json);
+
+// Reads the criteria of a result document; what is no criterion is left out. Results of before 0.2.0 have none.
+std::vector<Criterion> read_criteria(const nlohmann::ordered_json& document);
 
 }  // namespace meshgauge::api

@@ -6,17 +6,12 @@
 #include <cmath>
 #include <string_view>
 
+#include "api/base/text.h"
 #include "api/base/utc.h"
 #include "api/base/utf8.h"
 
 namespace meshgauge::api {
 namespace {
-
-void replace_all(std::string& text, std::string_view what, std::string_view by) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size())) {
-    text.replace(at, what.size(), by);
-  }
-}
 
 // XML allows neither most control characters nor U+FFFE and U+FFFF, not even as character references.
 std::string escaped(std::string text) {

@@ -50,7 +50,7 @@ void add_measured(Properties& properties, const Measured& measured) {
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);
   if (!measured.witness) return;
   const Witness& witness = *measured.witness;
-  properties.emplace_back("witness.on", witness.on_candidate ? "candidate" : "baseline");
+  properties.emplace_back("witness.on", witness.from_mesh());
   properties.emplace_back("witness.from", coordinates(witness.from));
   properties.emplace_back("witness.from_triangle", std::to_string(witness.from_triangle));
   properties.emplace_back("witness.to", coordinates(witness.to));

@@ -51,7 +51,7 @@ Json related(int id, const char* role, const std::filesystem::path& file) {
 Json finite_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
 Json witness_json(const Witness& witness) {
-  return {{"on", witness.on_candidate ? "candidate" : "baseline"},
+  return {{"on", witness.from_mesh()},
           {"from", {witness.from.x(), witness.from.y(), witness.from.z()}},
           {"fromTriangle", witness.from_triangle},
           {"to", {witness.to.x(), witness.to.y(), witness.to.z()}},

@@ -37,7 +37,7 @@ Json limits_of(const GateOutcome& outcome) {
 
 Json json_of(const std::optional<Witness>& witness) {
   if (!witness) return nullptr;
-  return {{"on", witness->on_candidate ? "candidate" : "baseline"},
+  return {{"on", witness->from_mesh()},
           {"point", api::json_of(witness->from)},
           {"triangle", witness->from_triangle},
           {"nearest_point", api::json_of(witness->to)},

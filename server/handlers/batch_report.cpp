@@ -108,21 +108,10 @@ std::string detail_of(const store::Job& job) {
 
 // "fail: the distance in bore is at least 0.03 mm, above the limit of 0.02 mm; pass: ...", the foremost first. Empty:
 // the result has no criteria, or was made by an earlier version.
-std::string found_of_criteria(const Json& result) {
-  std::vector<api::Criterion> criteria;
-  std::vector<std::string> findings;
-  for (const Json& json : result.value("criteria", Json::array())) {
-    auto criterion = api::read_criterion(json);
-    if (!criterion) continue;
-    findings.push_back(std::string(to_string(criterion->verdict)) + ": " + json.value("finding", std::string()));
-    criteria.push_back(*std::move(criterion));
-  }
-  if (criteria.empty()) return "";
-  const auto first = static_cast<std::size_t>(&api::foremost(criteria) - criteria.data());
-  std::string text = findings[first];
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (i != first) text += "; " + findings[i];
-  }
+std::string found_of_criteria(const Json& result, const std::string& unit) {
+  std::string text;
+  for (const api::Criterion& one : api::foremost_first(api::read_criteria(result)))
+    text += (text.empty() ? "" : "; ") + std::string(to_string(one.verdict)) + ": " + api::finding_of(one, unit);
   return text;
 }
 
@@ -138,7 +127,7 @@ std::string found(const store::Job& job, const Json& result) {
   if (!facts) return detail_of(job);
   const std::string unit = unit_of(*facts);
   const std::string units = unit.empty() ? "" : " " + unit;
-  std::string text = found_of_criteria(result);
+  std::string text = found_of_criteria(result, unit);
   if (text.empty()) {
     text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
     if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
