@@ -316,7 +316,6 @@ Result<Measured> measured_from(Json document, const Gate& gate) {
   Measured measured;
   static_cast<api::ResultFacts&>(measured) = *facts;
   measured.criteria = *std::move(criteria);
-  measured.limit = api::shown_limit(measured.criteria);
   measured.notes = notes_of(document);
   measured.unread = unread_of(document);
   measured.status = status->get<std::string>();

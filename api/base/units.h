@@ -15,7 +15,9 @@ inline constexpr LengthUnit kLengthUnits[] = {LengthUnit::micron, LengthUnit::mi
 
 std::string_view to_string(LengthUnit unit);  // "um", "mm", "cm", "m", "in", "ft"
 std::string unit_names();                     // "um, mm, cm, m, in, ft"
-inline std::string_view to_string(const std::optional<LengthUnit>& unit) {  // empty: not known
+
+// Empty: not known.
+inline std::string_view to_string(const std::optional<LengthUnit>& unit) {
   return unit ? to_string(*unit) : std::string_view();
 }
 

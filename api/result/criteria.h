@@ -115,7 +115,7 @@ Verdict verdict_of(const Criterion& limit);
 // Returns the limit with its name and its verdict, which follow from the rest.
 Criterion judged(Criterion limit);
 
-// Whether both say the same of the same, whatever was found.
+// Whether both limit the same, by the same: all but what was found.
 bool is_same_limit(const Criterion& one, const Criterion& other);
 
 // Returns bounds and limit as texts, each number on its side of the limit; with an uncertainty, of what it leaves of
@@ -132,8 +132,7 @@ inline std::string plus_minus(const LimitTerms& terms, std::string_view unit) {
 // empty: as above.
 std::string finding_of(const Criterion& criterion, std::string_view unit, const std::string& limit = {});
 
-// Returns "the distance is closer to its limit than the uncertainty lets be told" or the like: why a narrower interval
-// decides no more than one between the ends of the limit.
+// Returns why no narrower interval decides the limit: "the limit is within rounding error of the distance" or the like.
 std::string why_open(const Criterion& limit);
 
 // Returns "between 0.2 and 0.27 % of the area is farther than 0.05 mm". Precondition: the criterion is a share.
@@ -142,10 +141,10 @@ std::string share_in_words(const Criterion& share, std::string_view unit);
 // Returns the share with limit and bounds in percent, the bounds not nearer to each other than they are.
 Criterion in_percent(Criterion share);
 
-// Writes the terms as documents have them beside limits, {"uncertainty": 0.01}; {} for those of most gates.
+// Writes the terms as documents have them beside limits, {"uncertainty": 0.01}; {} without an uncertainty.
 nlohmann::ordered_json terms_json(const LimitTerms& terms);
 
-// Reads them from among the members of an object; those that are missing or no number are as for most gates.
+// Reads them from among the members of an object; one that is missing or no number is 0.
 LimitTerms terms_in(const nlohmann::ordered_json& object);
 
 // Writes a criterion of a result document (openapi.yaml, "Criterion"); an infinite bound as null.

@@ -1,6 +1,7 @@
 #include "server/handlers/batch_report.h"
 
 #include <optional>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -58,15 +59,10 @@ std::optional<double> limit_of(const store::Job& job) {
   return gate["max_distance"].get<double>();
 }
 
-// The unit of all lengths of the result, such as "mm". Empty: not known.
-std::string unit_of(const api::ResultFacts& facts) {
-  return std::string(api::to_string(facts.units.result.unit));
-}
-
 // The unit of the limit. Empty: not known, or there is no gate.
-std::string unit_of(const Json& gate) {
+std::string_view unit_of(const Json& gate) {
   if (!gate.contains("units") || !gate["units"].is_string()) return "";
-  return std::string(api::to_string(api::parse_unit(gate["units"].get_ref<const std::string&>())));
+  return api::to_string(api::parse_unit(gate["units"].get_ref<const std::string&>()));
 }
 
 Json failure_of(const store::BatchRow& row) {
@@ -74,7 +70,7 @@ Json failure_of(const store::BatchRow& row) {
   const auto facts = row.job ? facts_of(result_of(*row.job)) : std::nullopt;
   const Json gate = row.job ? gate_of(*row.job) : Json(nullptr);
   failure["gate"] = gate;
-  failure["unit"] = text_or_null(facts ? unit_of(*facts) : unit_of(gate));
+  failure["unit"] = text_or_null(facts ? api::to_string(facts->units.result.unit) : unit_of(gate));
   failure["distance"] = facts ? Json{{"lower", facts->lower}, {"upper", facts->upper}} : Json(nullptr);
   failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
   return failure;
@@ -125,7 +121,7 @@ std::string found_of_alignment(const Json& result, const std::string& units) {
 std::string found(const store::Job& job, const Json& result) {
   const auto facts = facts_of(result);
   if (!facts) return detail_of(job);
-  const std::string unit = unit_of(*facts);
+  const std::string unit(api::to_string(facts->units.result.unit));
   const std::string units = unit.empty() ? "" : " " + unit;
   std::string text = found_of_criteria(result, unit);
   if (text.empty()) {
