@@ -219,8 +219,8 @@ std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion
   const std::string limit = deciding_limit(outcome, criterion),
                     effort = is_open_for_ever(criterion) ? "" : more_effort(outcome.gate, criterion.status);
   return (criterion.is_of_region() ? criterion.region + ": decided by " : "Decided by ") + limit +
-         (limit.empty() || effort.empty() ? "" : "; or ") +
-         (effort.empty() ? "; " + why_open(criterion) : effort) + ".";
+         (limit.empty() || effort.empty() ? "" : "; or ") + (effort.empty() ? "; " + why_open(criterion) : effort) +
+         ".";
 }
 
 std::string for_undecided(const GateOutcome& outcome) {
