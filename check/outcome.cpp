@@ -9,6 +9,7 @@
 
 #include "api/base/figures.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/compare/compare.h"
 #include "api/formats/detect.h"
 #include "api/formats/format.h"
@@ -55,12 +56,8 @@ std::vector<std::string> notes_of(const Json& document) {
   for (const Json& note : *found) {
     if (!note.is_string() || notes.size() == kMostNotes) continue;
     std::string text = note.get<std::string>().substr(0, kMostNoteBytes);
-    for (const auto& [mesh, role] : {std::pair("mesh a", "the candidate"), std::pair("mesh b", "the baseline")}) {
-      const std::string_view from = mesh, to = role;
-      for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
-        text.replace(at, from.size(), to);
-      }
-    }
+    api::replace_all(text, "mesh a", "the candidate");
+    api::replace_all(text, "mesh b", "the baseline");
     notes.push_back(std::move(text));
   }
   return notes;
@@ -78,11 +75,6 @@ Result<Json> rest_of(const Json& document, const api::ComparisonOptions& options
     part[member] = regions->back()[member];
   }
   return part;
-}
-
-bool is_same_limit(const Criterion& one, const Criterion& other) {
-  return one.of == other.of && one.region == other.region && one.side == other.side && one.beyond == other.beyond &&
-         one.limit == other.limit && one.uncertainty == other.uncertainty;
 }
 
 // What the document says of the limit beside its criterion: an interval, or null for a mesh without sides.
@@ -180,12 +172,10 @@ std::string for_fail(const GateOutcome& outcome) {
   const auto& witness = measured.witness;
   const std::string unit = outcome.unit();
   if (!witness) return "";
-  const std::string from = witness->on_candidate ? "candidate" : "baseline";
-  const std::string to = witness->on_candidate ? "baseline" : "candidate";
   return "Look at " + with_unit(in_words(witness->from), unit) + " on " + measured.place_of_witness() + " of the " +
-         from + ": it is " + with_unit(to_digits_below(measured.reached, kAdviceDigits), unit) + " or more from the " +
-         to + ", nearest to " + with_unit(in_words(witness->to), unit) + " on triangle " +
-         std::to_string(witness->to_triangle) + "." +
+         witness->from_mesh() + ": it is " + with_unit(to_digits_below(measured.reached, kAdviceDigits), unit) +
+         " or more from the " + witness->to_mesh() + ", nearest to " + with_unit(in_words(witness->to), unit) +
+         " on triangle " + std::to_string(witness->to_triangle) + "." +
          (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
@@ -228,13 +218,9 @@ std::string for_undecided(const GateOutcome& outcome, const Criterion& criterion
            ": part of the area is that far away, within rounding error.";
   const std::string limit = deciding_limit(outcome, criterion),
                     effort = is_open_for_ever(criterion) ? "" : more_effort(outcome.gate, criterion.status);
-  const std::string decided = (criterion.is_of_region() ? criterion.region + ": decided by " : "Decided by ") + limit +
-                              (limit.empty() || effort.empty() ? "" : "; or ") + effort;
-  if (!effort.empty()) return decided + ".";
-  if (criterion.uncertainty > 0)
-    return decided + "; the " + (criterion.beyond ? "share" : "distance") +
-           " is closer to its limit than the uncertainty lets be told.";
-  return decided + "; the limit is within rounding error of the " + (criterion.beyond ? "share." : "distance.");
+  return (criterion.is_of_region() ? criterion.region + ": decided by " : "Decided by ") + limit +
+         (limit.empty() || effort.empty() ? "" : "; or ") + (effort.empty() ? "; " + why_open(criterion) : effort) +
+         ".";
 }
 
 std::string for_undecided(const GateOutcome& outcome) {
@@ -330,7 +316,6 @@ Result<Measured> measured_from(Json document, const Gate& gate) {
   Measured measured;
   static_cast<api::ResultFacts&>(measured) = *facts;
   measured.criteria = *std::move(criteria);
-  measured.limit = api::shown_limit(measured.criteria);
   measured.notes = notes_of(document);
   measured.unread = unread_of(document);
   measured.status = status->get<std::string>();
@@ -359,13 +344,12 @@ std::optional<Error> undeclared_cloud(const Gate& gate, const api::MeshFacts& ca
 }
 
 Verdict GateOutcome::verdict() const {
-  const auto is = [&](Verdict verdict) {
-    return measured->verdict == verdict ||
-           std::any_of(expectations.begin(), expectations.end(),
-                       [&](const Criterion& e) { return verdict_of(e.verdict) == verdict; });
-  };
-  if (measured) return is(Verdict::fail) ? Verdict::fail : is(Verdict::undecided) ? Verdict::undecided : Verdict::pass;
-  return interrupted ? Verdict::undecided : Verdict::error;
+  if (!measured) return interrupted ? Verdict::undecided : Verdict::error;
+  const Verdict of_mesh = verdict_of(api::worst(expectations).value_or(api::Verdict::pass));
+  for (const Verdict worse : {Verdict::fail, Verdict::undecided}) {
+    if (measured->verdict == worse || of_mesh == worse) return worse;
+  }
+  return Verdict::pass;
 }
 
 std::vector<Criterion> GateOutcome::criteria() const {
@@ -378,7 +362,7 @@ std::vector<Criterion> GateOutcome::criteria() const {
 std::string GateOutcome::unit() const {
   const auto& known =
       measured && measured->units.result.unit ? measured->units.result.unit : gate.request.options.units.limit;
-  return known ? std::string(api::to_string(*known)) : std::string();
+  return std::string(api::to_string(known));
 }
 
 Level GateOutcome::level(Undecided rule) const {

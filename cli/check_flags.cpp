@@ -160,9 +160,9 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
   command.add_option("--markdown", flags.markdown, "Write the report as Markdown, for a job summary");
   command.add_option("--code-quality", flags.code_quality, "Write the report as GitLab's Code Quality JSON");
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
-  command.add_option("--deviation,--map", flags.deviation,
-                     "Write the candidate coloured by its distance, signed where the gate has a zone: FILE.ply, .glb, "
-                     ".vtp or .csv; for a manifest a folder");
+  command.add_option(
+      "--deviation,--map", flags.deviation,
+      "Write the candidate coloured by its distance: FILE.ply, .glb, .vtp or .csv; for a manifest a folder");
   command.add_flag("--map-normals", flags.map_normals, "Also write the normal of each vertex to the deviation map")
       ->needs("--deviation");
   command.add_option(

@@ -144,14 +144,6 @@ Result<json> flow(const std::string& flag, const std::string& text) {
   return check::json_of(*tree);
 }
 
-// The two parts of a text.
-Result<std::pair<json, json>> halves(const Row& row, const std::string& text, char by, const char* wanted) {
-  const std::size_t at = text.find(by);
-  if (at == std::string::npos)
-    return bad_flag(std::string(row.flag), "must be " + std::string(wanted) + ", not " + api::shown_text(text));
-  return std::pair<json, json>(text.substr(0, at), text.substr(at + 1));
-}
-
 json list(std::string_view text) {
   json all = json::array();
   for (;;) {
@@ -174,11 +166,13 @@ Result<json> value_of(const Row& row, const std::string& text) {
     case Takes::zone: {
       if (text.starts_with('{') || text.starts_with('[')) return flow(std::string(row.flag), text);
       const bool is_zone = row.takes == Takes::zone;
-      const auto both = halves(row, text, is_zone ? ',' : ':',
-                               is_zone ? "the limits inside and outside, '-0.05 mm, 0.1 mm'"
-                                       : "a distance, ':' and a share of the area, '0.05 mm: 1 %'");
-      if (!both) return both.error();
-      return is_zone ? json{both->first, both->second} : json{{"distance", both->first}, {"share", both->second}};
+      const std::size_t at = text.find(is_zone ? ',' : ':');
+      const char* const wanted = is_zone ? "the limits inside and outside, '-0.05 mm, 0.1 mm'"
+                                         : "a distance, ':' and a share of the area, '0.05 mm: 1 %'";
+      if (at == std::string::npos)
+        return bad_flag(std::string(row.flag), std::string("must be ") + wanted + ", not " + api::shown_text(text));
+      const std::string first = text.substr(0, at), second = text.substr(at + 1);
+      return is_zone ? json{first, second} : json{{"distance", first}, {"share", second}};
     }
     case Takes::yaml:
       return flow(std::string(row.flag), text);

@@ -63,8 +63,8 @@ void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, co
 }
 
 void add_edges(std::string& out, const char* kind, const EdgeCount& edges, const Unit& unit) {
-  const std::string_view in = unit ? api::to_string(*unit) : std::string_view();
-  if (edges.count > 0) out += "          " + api::edges_in_words(edges.count, kind, edges.first, in) + "\n";
+  if (edges.count > 0)
+    out += "          " + api::edges_in_words(edges.count, kind, edges.first, api::to_string(unit)) + "\n";
 }
 
 void add_topology(std::string& out, const char* name, const Topology& found, const Unit& unit) {
@@ -97,19 +97,12 @@ void add_direction(std::string& out, const char* name, const std::optional<Direc
 
 // "verdict   fail", and below it each criterion, the foremost first: "fail      the distance is at least ...".
 void add_verdict(std::string& out, const Comparison& comparison) {
-  const auto criteria = api::criteria_of(comparison);
+  const auto criteria = api::foremost_first(api::criteria_of(comparison));
   if (criteria.empty()) return;
-  const auto& unit = comparison.units.result.unit;
-  const std::string_view name = unit ? to_string(*unit) : std::string_view();
-  out += formatted("verdict   %s\n", std::string(api::to_string(*api::worst(criteria))).c_str());
-  const api::Criterion& foremost = api::foremost(criteria);
-  const auto add = [&](const api::Criterion& one) {
-    out += formatted("  %-9s ", std::string(api::to_string(one.verdict)).c_str()) + api::finding_of(one, name) + "\n";
-  };
-  add(foremost);
-  for (const api::Criterion& one : criteria) {
-    if (&one != &foremost) add(one);
-  }
+  const std::string_view unit = api::to_string(comparison.units.result.unit);
+  out += formatted("verdict   %s\n", std::string(api::to_string(criteria.front().verdict)).c_str());
+  for (const api::Criterion& one : criteria)
+    out += formatted("  %-9s ", std::string(api::to_string(one.verdict)).c_str()) + api::finding_of(one, unit) + "\n";
 }
 
 // "region    bore: 0.0101 .. 0.0103 mm".

@@ -21,13 +21,13 @@ struct SideOptions {
 
   // A gate: limits >= 0 of the distance of A's points inside of B, and of those outside. Options::ends() are those
   // of both. The search ends when it is decided; Options::narrow narrows the intervals further.
-  struct Zone {
+  struct Limits {
     double inside = 0;
     double outside = 0;
 
-    bool operator==(const Zone&) const = default;
+    bool operator==(const Limits&) const = default;
   };
-  std::optional<Zone> zone;
+  std::optional<Limits> limits;
   // The width of an interval, relative to its lower end, or to kLeastLength of the direction's upper bound where that
   // is more.
   double length_tolerance = 0.01;

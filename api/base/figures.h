@@ -27,7 +27,7 @@ inline std::string with_unit(std::string number, std::string_view unit) {
 }
 
 inline std::string with_unit(std::string number, const std::optional<LengthUnit>& unit) {
-  return with_unit(std::move(number), unit ? to_string(*unit) : std::string_view());
+  return with_unit(std::move(number), to_string(unit));
 }
 
 // Returns " ± 0.01 mm" with up to six digits; empty for 0.

@@ -96,6 +96,12 @@ inline std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+inline void replace_all(std::string& text, std::string_view what, std::string_view by) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size())) {
+    text.replace(at, what.size(), by);
+  }
+}
+
 // Parses an integer with an optional '-'. Returns the place after it; nullptr: no integer. A value of more digits than
 // 64 bits hold becomes some value of at least 2^58 in magnitude.
 inline const char* parse_integer(const char* p, const char* end, std::int64_t& value) {

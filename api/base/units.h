@@ -16,6 +16,11 @@ inline constexpr LengthUnit kLengthUnits[] = {LengthUnit::micron, LengthUnit::mi
 std::string_view to_string(LengthUnit unit);  // "um", "mm", "cm", "m", "in", "ft"
 std::string unit_names();                     // "um, mm, cm, m, in, ft"
 
+// Empty: not known.
+inline std::string_view to_string(const std::optional<LengthUnit>& unit) {
+  return unit ? to_string(*unit) : std::string_view();
+}
+
 // The source of a mesh's unit.
 enum class UnitSource {
   unknown,   // the format has no unit, and none was declared

@@ -126,7 +126,7 @@ Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseli
                made.normals_,
                scale,
                facts.limit ? facts.limit->side : std::string(),
-               unit ? std::string(to_string(*unit)) : std::string(),
+               std::string(to_string(unit)),
                facts.lower,
                facts.upper,
                facts.witness,

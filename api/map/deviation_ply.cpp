@@ -44,11 +44,10 @@ void describe(const DeviationMap& map, Header& header) {
   if (!map.no_sides.empty()) header.comment("no signed_distance: " + one_line(map.no_sides));
   if (map.witness) {
     const ResultWitness& w = *map.witness;
-    const char* const names[] = {"baseline", "candidate"};
     header.comment("witness from " + coordinates(w.from) + " triangle " + std::to_string(w.from_triangle) + " of the " +
-                   names[w.on_candidate]);
+                   w.from_mesh());
     header.comment("witness to " + coordinates(w.to) + " triangle " + std::to_string(w.to_triangle) + " of the " +
-                   names[!w.on_candidate]);
+                   w.to_mesh());
   }
   if (map.form == MapForm::refined) {
     header.comment("refined for display: the first " + std::to_string(map.candidate_vertices) +

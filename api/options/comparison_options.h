@@ -30,13 +30,11 @@ struct ComparisonOptions : Options {
   std::optional<AlignOptions> align;           // moves mesh a first, in the unit of the result; nullopt: as it is
   bool topology = false;                       // also examine both meshes (engine/mesh/topology.h)
   std::optional<ShareLimit> max_share_beyond;  // of the gate
-  std::optional<SideOptions::Zone> zone;       // of the gate: limits inside and outside of mesh b
+  std::optional<SideOptions::Limits> zone;     // of the gate: limits inside and outside of mesh b
   Expectations expect;                         // of mesh a itself; they may need its topology
 };
 
-// Whether there is a gate: a limit of the distance, of the area or of the sides.
-inline bool has_limit(const ComparisonOptions& options) {
-  return options.max_distance || options.max_share_beyond || options.zone;
-}
+// Whether there is a gate.
+bool has_limit(const ComparisonOptions& options);
 
 }  // namespace meshgauge::api

@@ -57,7 +57,7 @@ void read_zone(const JsonValue& value, const std::string& at, Draft& draft) {
         at, "must be two limits, inside and outside, as [-0.05 mm, 0.1 mm], not " + draft.reading.shown(value));
   const auto inside = draft.reading.limit(value[0], at + "/0", Reading::Sign::minus);
   const auto outside = draft.reading.limit(value[1], at + "/1", Reading::Sign::plus);
-  draft.options.zone = SideOptions::Zone{std::abs(inside.value_or(0)), outside.value_or(0)};
+  draft.options.zone = SideOptions::Limits{std::abs(inside.value_or(0)), outside.value_or(0)};
   draft.sides_at = at;
 }
 
@@ -161,6 +161,11 @@ bool is_about_limits(std::string_view option) {
   return std::ranges::find(kLimits, option, &LimitOption::key) != std::end(kLimits);
 }
 
+bool has_limit(const ComparisonOptions& options) {
+  return std::ranges::any_of(
+      kLimits, [&](const LimitOption& one) { return one.is_limit && !one.write(options).is_null(); });
+}
+
 bool uncertainty_fits(const ComparisonOptions& options) {
   bool fits = true;
   for_each_length(options, [&](double limit) { fits = fits && options.uncertainty <= limit; });
@@ -181,7 +186,7 @@ Options engine_options(const ComparisonOptions& options) {
   Options engine = options;
   if (options.zone) {
     if (!engine.sides) engine.sides.emplace();
-    engine.sides->zone = options.zone;
+    engine.sides->limits = options.zone;
   }
   if (!options.max_share_beyond) return engine;
   if (!engine.areas) engine.areas.emplace();

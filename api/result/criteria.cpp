@@ -27,6 +27,9 @@ std::optional<Criterion::Place> place_of(const std::optional<Witness>& witness, 
   return Criterion::Place{on_a, witness->point_a, witness->triangle_a, witness->point_b, witness->triangle_b};
 }
 
+const Bounds* bounds_of(const std::optional<Bounds>& found) { return found ? &*found : nullptr; }
+const Bounds* bounds_of(const std::optional<Directed>& found) { return found ? &found->bounds : nullptr; }
+
 // Returns the place of the direction that attains the larger lower bound.
 std::optional<Criterion::Place> place_of(const Bounds* a_to_b, const Bounds* b_to_a) {
   const bool has_a = a_to_b && a_to_b->witness, has_b = b_to_a && b_to_a->witness;
@@ -40,48 +43,33 @@ std::string name_of_distance(const Criterion& criterion) {
   return criterion.is_of_region() ? "distance in " + criterion.region : "distance outside of all regions";
 }
 
-Criterion of_limit(double limit, const ComparisonOptions& options, double lower, double upper,
-                   std::string_view status) {
+// `found`: an Outcome or a RegionOutcome.
+Criterion of_distance(double limit, const auto& found) {
   Criterion criterion;
   criterion.limit = limit;
-  criterion.uncertainty = options.uncertainty;
-  criterion.lower = lower;
-  criterion.upper = upper;
-  criterion.status = status;
+  criterion.lower = found.lower;
+  criterion.upper = found.upper;
+  criterion.status = name_of(kStops, found.stop);
+  criterion.at = place_of(bounds_of(found.a_to_b), bounds_of(found.b_to_a));
   return criterion;
 }
 
-Criterion of_whole(const Outcome& outcome, const ComparisonOptions& options) {
-  Criterion criterion =
-      of_limit(*options.max_distance, options, outcome.lower, outcome.upper, name_of(kStops, outcome.stop));
-  criterion.at =
-      place_of(outcome.a_to_b ? &outcome.a_to_b->bounds : nullptr, outcome.b_to_a ? &outcome.b_to_a->bounds : nullptr);
-  return judged(std::move(criterion));
-}
-
-Criterion of_region(const RegionOutcome& found, const ComparisonOptions& options, std::size_t i) {
-  Criterion criterion =
-      of_limit(*limit_of_region(options, i), options, found.lower, found.upper, name_of(kStops, found.stop));
-  criterion.region = i < options.regions.size() ? options.regions[i].name : std::string(kRest);
-  criterion.at = place_of(found.a_to_b ? &*found.a_to_b : nullptr, found.b_to_a ? &*found.b_to_a : nullptr);
-  return judged(std::move(criterion));
-}
-
 Criterion of_side(const char* side, double limit, SideBounds SideOutcome::*bounds, const Outcome& outcome,
-                  const ComparisonOptions& options, const std::optional<LengthUnit>& unit) {
-  Criterion criterion = of_limit(limit, options, 0, std::numeric_limits<double>::infinity(), "");
+                  const std::optional<LengthUnit>& unit) {
+  Criterion criterion;
   criterion.side = side;
-  if (!outcome.sides) return judged(std::move(criterion));
+  criterion.limit = limit;
+  if (!outcome.sides) return criterion;
   criterion.status = name_of(kAreaStops, outcome.sides->stop);
   if (const auto& refused = outcome.sides->refused) {
     criterion.refused = in_words(*refused, unit);
-    return judged(std::move(criterion));
+    return criterion;
   }
   const SideBounds& found = (*outcome.sides).*bounds;
   criterion.lower = found.lower;
   criterion.upper = found.upper;
   if (found.at) criterion.at = Criterion::Place{true, *found.at, found.triangle, std::nullopt, 0};
-  return judged(std::move(criterion));
+  return criterion;
 }
 
 // Why the work on the areas ended: that of the first direction whose work did not end by itself.
@@ -97,9 +85,12 @@ std::string_view area_status(const AreaOutcome& areas) {
 Criterion of_share(const Outcome& outcome, const ComparisonOptions& options) {
   const AreaOutcome areas = outcome.areas.value_or(AreaOutcome{});
   const auto& [beyond, most] = *options.max_share_beyond;
-  Criterion share = of_limit(most, options, 0, 0, area_status(areas));
+  Criterion share;
   share.of = Criterion::Of::share;
   share.beyond = beyond;
+  share.limit = most;
+  share.upper = 0;
+  share.status = area_status(areas);
   const std::size_t asked = options.ends(beyond).are_apart() ? 2 : 1;
   const auto add = [&](const std::optional<AreaBounds>& found) {
     const bool known = found && found->beyond.size() >= asked;
@@ -108,7 +99,7 @@ Criterion of_share(const Outcome& outcome, const ComparisonOptions& options) {
   };
   if (options.direction != Direction::b_to_a) add(areas.a_to_b);
   if (options.direction != Direction::a_to_b) add(areas.b_to_a);
-  return judged(std::move(share));
+  return share;
 }
 
 // The greatest is the foremost.
@@ -192,6 +183,11 @@ Verdict verdict_of(const Criterion& limit) {
   return verdict_within(limit.lower, limit.upper, limit.ends());
 }
 
+bool is_same_limit(const Criterion& one, const Criterion& other) {
+  return one.of == other.of && one.region == other.region && one.side == other.side && one.beyond == other.beyond &&
+         one.limit == other.limit && one.uncertainty == other.uncertainty;
+}
+
 Criterion judged(Criterion limit) {
   limit.name = limit.of == Criterion::Of::share ? "share beyond" : name_of_distance(limit);
   limit.verdict = verdict_of(limit);
@@ -201,18 +197,22 @@ Criterion judged(Criterion limit) {
 std::vector<Criterion> criteria_of(const Outcome& outcome, const ComparisonOptions& options,
                                    const std::optional<LengthUnit>& unit) {
   std::vector<Criterion> criteria;
-  const bool has_regions = !outcome.regions.empty();
-  if (options.max_distance)
-    criteria.push_back(has_regions ? of_region(outcome.regions.back(), options, outcome.regions.size() - 1)
-                                   : of_whole(outcome, options));
+  const auto add = [&](Criterion limit, std::string region = {}) {
+    limit.region = std::move(region);
+    limit.uncertainty = options.uncertainty;
+    criteria.push_back(judged(std::move(limit)));
+  };
+  const auto& regions = outcome.regions;
+  if (options.max_distance && regions.empty()) add(of_distance(*options.max_distance, outcome));
+  if (options.max_distance && !regions.empty())
+    add(of_distance(*options.max_distance, regions.back()), std::string(kRest));
   if (const auto& zone = options.zone) {
-    criteria.push_back(of_side("inside", zone->inside, &SideOutcome::inside, outcome, options, unit));
-    criteria.push_back(of_side("outside", zone->outside, &SideOutcome::outside, outcome, options, unit));
+    add(of_side("inside", zone->inside, &SideOutcome::inside, outcome, unit));
+    add(of_side("outside", zone->outside, &SideOutcome::outside, outcome, unit));
   }
-  if (options.max_distance)
-    for (std::size_t i = 0; i + 1 < outcome.regions.size(); ++i)
-      criteria.push_back(of_region(outcome.regions[i], options, i));
-  if (options.max_share_beyond) criteria.push_back(of_share(outcome, options));
+  for (std::size_t i = 0; options.max_distance && i + 1 < regions.size(); ++i)
+    add(of_distance(*limit_of_region(options, i), regions[i]), options.regions[i].name);
+  if (options.max_share_beyond) add(of_share(outcome, options));
   return criteria;
 }
 
@@ -258,6 +258,12 @@ std::optional<Verdict> worst(std::span<const Criterion> criteria) {
 
 const Criterion& foremost(std::span<const Criterion> criteria) {
   return *std::ranges::max_element(criteria, {}, foremost_rank);
+}
+
+std::vector<Criterion> foremost_first(std::vector<Criterion> criteria) {
+  const auto first = std::ranges::max_element(criteria, {}, foremost_rank);
+  if (first != criteria.end()) std::rotate(criteria.begin(), first, first + 1);
+  return criteria;
 }
 
 const Criterion* foremost_place(std::span<const Criterion> criteria) {
@@ -310,6 +316,21 @@ std::string finding_of(const Criterion& criterion, std::string_view unit, const 
     default:
       return criterion.name + ": " + criterion.found + ", expected " + criterion.expected;
   }
+}
+
+std::string why_open(const Criterion& limit) {
+  const std::string what = limit.of == Criterion::Of::share ? "share" : "distance";
+  return limit.is_uncertain() ? "the " + what + " is closer to its limit than the uncertainty lets be told"
+                              : "the limit is within rounding error of the " + what;
+}
+
+Json terms_json(const LimitTerms& terms) {
+  return terms.is_uncertain() ? Json{{"uncertainty", terms.uncertainty}} : Json::object();
+}
+
+LimitTerms terms_in(const Json& object) {
+  const auto found = object.find("uncertainty");
+  return {found != object.end() && found->is_number() ? found->get<double>() : 0};
 }
 
 Json json_of(const Criterion& criterion, std::string_view unit) {
@@ -365,6 +386,16 @@ Result<Criterion> read_criterion(const Json& json) try {
   return judged(std::move(criterion));
 } catch (const Json::exception& error) {
   return no_criterion(error.what());
+}
+
+std::vector<Criterion> read_criteria(const Json& document) {
+  std::vector<Criterion> criteria;
+  const auto all = document.find("criteria");
+  if (all == document.end()) return criteria;
+  for (const Json& json : *all) {
+    if (auto criterion = read_criterion(json)) criteria.push_back(*std::move(criterion));
+  }
+  return criteria;
 }
 
 }  // namespace meshgauge::api

@@ -20,7 +20,15 @@
 
 namespace meshgauge::api {
 
-struct Criterion {
+// What a gate says once, of all its limits.
+struct LimitTerms {
+  double uncertainty = 0;  // of the distance, or of the distance that a share is beyond
+
+  bool is_uncertain() const { return uncertainty > 0; }
+  LimitEnds ends(double limit) const { return ends_of(limit, uncertainty); }
+};
+
+struct Criterion : LimitTerms {
   enum class Of { distance, share, expectation };
 
   // A point that is at least `lower` from the other mesh.
@@ -42,8 +50,7 @@ struct Criterion {
   std::string side{};              // "inside", "outside": how far mesh a reaches there; empty: of no side
   std::optional<double> beyond{};  // the share is of the area that is farther than this
   double limit = 0;
-  double uncertainty = 0;  // of the distance, or of `beyond`
-  double lower = 0;        // certified
+  double lower = 0;  // certified
   double upper = std::numeric_limits<double>::infinity();
   std::string status{};       // why the work on it ended: "converged", "timeout", "complete", ...
   std::optional<Place> at{};  // nullopt: none is known, or of a share
@@ -95,6 +102,9 @@ std::optional<Verdict> worst(std::span<const Criterion> criteria);
 // Precondition: there is a criterion.
 const Criterion& foremost(std::span<const Criterion> criteria);
 
+// Returns them with that one at the front; the others keep their order.
+std::vector<Criterion> foremost_first(std::vector<Criterion> criteria);
+
 // Returns the one to look at: of those with the worst verdict and a place the one that comes first as by foremost();
 // null: none has a place.
 const Criterion* foremost_place(std::span<const Criterion> criteria);
@@ -105,13 +115,16 @@ Verdict verdict_of(const Criterion& limit);
 // Returns the limit with its name and its verdict, which follow from the rest.
 Criterion judged(Criterion limit);
 
+// Whether both limit the same, by the same: all but what was found.
+bool is_same_limit(const Criterion& one, const Criterion& other);
+
 // Returns bounds and limit as texts, each number on its side of the limit; with an uncertainty, of what it leaves of
 // pass and of fail. Of a share in percent. Precondition: no expectation.
 IntervalText figures_of(const Criterion& criterion);
 
 // Returns " ± 0.01 mm", what stands behind the limit; empty without an uncertainty.
-inline std::string plus_minus(const Criterion& limit, std::string_view unit) {
-  return plus_minus(limit.uncertainty, unit);
+inline std::string plus_minus(const LimitTerms& terms, std::string_view unit) {
+  return plus_minus(terms.uncertainty, unit);
 }
 
 // Returns "the distance in bore is at least 0.0312 mm, above the limit of 0.02 mm", without full stop. `unit`: of the
@@ -119,11 +132,20 @@ inline std::string plus_minus(const Criterion& limit, std::string_view unit) {
 // empty: as above.
 std::string finding_of(const Criterion& criterion, std::string_view unit, const std::string& limit = {});
 
+// Returns why no narrower interval decides the limit: "the limit is within rounding error of the distance" or the like.
+std::string why_open(const Criterion& limit);
+
 // Returns "between 0.2 and 0.27 % of the area is farther than 0.05 mm". Precondition: the criterion is a share.
 std::string share_in_words(const Criterion& share, std::string_view unit);
 
 // Returns the share with limit and bounds in percent, the bounds not nearer to each other than they are.
 Criterion in_percent(Criterion share);
+
+// Writes the terms as documents have them beside limits, {"uncertainty": 0.01}; {} without an uncertainty.
+nlohmann::ordered_json terms_json(const LimitTerms& terms);
+
+// Reads them from among the members of an object; one that is missing or no number is 0.
+LimitTerms terms_in(const nlohmann::ordered_json& object);
 
 // Writes a criterion of a result document (openapi.yaml, "Criterion"); an infinite bound as null.
 nlohmann::ordered_json json_of(const Criterion& criterion, std::string_view unit);
@@ -131,5 +153,8 @@ nlohmann::ordered_json json_of(const Criterion& criterion, std::string_view unit
 // Reads what json_of() writes. Name and verdict of a limit are as by judged(), whatever the document says. Error:
 // internal when it is no criterion or has no interval.
 Result<Criterion> read_criterion(const nlohmann::ordered_json& json);
+
+// Reads the criteria of a result document; what is no criterion is left out. Results of before 0.2.0 have none.
+std::vector<Criterion> read_criteria(const nlohmann::ordered_json& document);
 
 }  // namespace meshgauge::api

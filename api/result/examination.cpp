@@ -198,9 +198,8 @@ std::vector<Criterion> examined(const Expectations& expect, const Json& meshes, 
 
 std::vector<Criterion> expectations_of(const Comparison& comparison) {
   if (!comparison.options.expect.any()) return {};
-  const auto& unit = comparison.units.result.unit;
   return examined(comparison.options.expect, meshes_of(comparison),
-                  unit ? std::string(to_string(*unit)) : std::string());
+                  std::string(to_string(comparison.units.result.unit)));
 }
 
 }  // namespace meshgauge::api

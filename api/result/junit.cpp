@@ -6,17 +6,12 @@
 #include <cmath>
 #include <string_view>
 
+#include "api/base/text.h"
 #include "api/base/utc.h"
 #include "api/base/utf8.h"
 
 namespace meshgauge::api {
 namespace {
-
-void replace_all(std::string& text, std::string_view what, std::string_view by) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size())) {
-    text.replace(at, what.size(), by);
-  }
-}
 
 // XML allows neither most control characters nor U+FFFE and U+FFFF, not even as character references.
 std::string escaped(std::string text) {
@@ -44,7 +39,7 @@ std::string in_seconds(double seconds) {
   return {text.begin(), std::to_chars(text.begin(), text.end(), s, std::chars_format::fixed, 3).ptr};
 }
 
-// Returns UTC without the zone, which the schema does not allow.
+// Returns UTC without its "Z", which the schema does not allow.
 std::string timestamp(std::chrono::system_clock::time_point when) { return to_utc(when).substr(0, 19); }
 
 }  // namespace

@@ -92,8 +92,7 @@ void add_limits(const std::vector<Criterion>& criteria, const std::optional<Leng
   if (of_sides) json["sides"]["verdict"] = to_string(*of_sides);
   json["foremost"] = criteria.empty() ? Json(nullptr) : Json(foremost(criteria).name);
   Json& all = json["criteria"] = Json::array();
-  const std::string_view name = unit ? to_string(*unit) : std::string_view();
-  for (const Criterion& one : criteria) all.push_back(api::json_of(one, name));
+  for (const Criterion& one : criteria) all.push_back(api::json_of(one, to_string(unit)));
 }
 
 // JSON has no infinity and no NaN: they become null.

@@ -34,14 +34,9 @@ std::optional<ResultDirection> direction_of(const Json& document, const char* na
   return is_interval(direction.lower, direction.upper) ? std::optional(direction) : std::nullopt;
 }
 
-// Results of before 0.2.0 have no criteria, and one limit. What is no criterion is left out.
+// Results without criteria have one limit.
 std::optional<DistanceLimit> limit_of(const Json& document) {
-  std::vector<Criterion> criteria;
-  if (const auto found = document.find("criteria"); found != document.end()) {
-    for (const Json& json : *found) {
-      if (auto criterion = read_criterion(json)) criteria.push_back(*std::move(criterion));
-    }
-  }
+  const std::vector<Criterion> criteria = read_criteria(document);
   const Json::json_pointer old("/gate/max_distance");
   const bool is_old = criteria.empty() && document.contains(old) && document.at(old).is_number();
   return is_old ? DistanceLimit{document.at(old).get<double>()} : shown_limit(criteria);

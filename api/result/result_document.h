@@ -25,6 +25,10 @@ struct ResultWitness {
   std::uint32_t from_triangle = 0;  // 0-based index in the mesh as read
   Vec3 to = Vec3::Zero();
   std::uint32_t to_triangle = 0;
+
+  // The mesh of `from`, and that of `to`: "candidate" or "baseline".
+  std::string from_mesh() const { return on_candidate ? "candidate" : "baseline"; }
+  std::string to_mesh() const { return on_candidate ? "baseline" : "candidate"; }
 };
 
 // The certified interval of one direction.

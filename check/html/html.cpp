@@ -141,19 +141,15 @@ std::string filter(const Report& report) {
   return out + "</fieldset>\n";
 }
 
-struct CriterionRow {
-  Verdict verdict;
-  std::string name, found, limit, line;
-};
-
-// The row of one criterion, below that of its gate.
-std::string criterion_row(const CriterionRow& row, const std::string& kind_of_gate) {
-  const std::string kind(to_string(row.verdict));
+// The row of one criterion, below that of its gate. An expectation has words alone.
+std::string criterion_row(const CriterionWords& row, const std::string& kind_of_gate) {
+  const std::string kind(to_string(row.criterion.verdict));
+  const bool is_expectation = row.criterion.of == Criterion::Of::expectation;
   return "<tr class=\"gate criterion " + kind_of_gate + "\"><td><span class=\"badge " + kind + "\">" +
-         icon(row.verdict) + kind + "</span></td><th scope=\"row\">" + escaped(row.name) + "</th><td class=\"number" +
-         (row.line.empty() ? " words" : "") + "\">" + escaped(row.found) + "</td><td class=\"number limit" +
-         (row.line.empty() ? " expected words" : "") + "\">" + escaped(row.limit) + "</td><td class=\"wide\">" +
-         row.line + "</td></tr>\n";
+         icon(verdict_of(row.criterion.verdict)) + kind + "</span></td><th scope=\"row\">" + escaped(row.name) +
+         "</th><td class=\"number" + (is_expectation ? " words" : "") + "\">" + escaped(row.interval) +
+         "</td><td class=\"number limit" + (is_expectation ? " expected words" : "") + "\">" + escaped(row.limit) +
+         "</td><td class=\"wide\">" + (is_expectation ? "" : interval_line(row.criterion)) + "</td></tr>\n";
 }
 
 // All limits where there are several, and each expectation that is not met.
@@ -163,15 +159,10 @@ std::string criterion_rows(const GateOutcome& outcome, const std::string& kind_o
   const auto unmet = [](const Criterion& one) { return one.verdict != api::Verdict::pass; };
   const bool has_unmet = std::ranges::any_of(outcome.expectations, unmet);
   if (limits.size() > 1 || has_unmet) {
-    for (const CriterionWords& one : limits)
-      out += criterion_row(
-          {verdict_of(one.criterion.verdict), one.name, one.interval, one.limit, interval_line(one.criterion)},
-          kind_of_gate);
+    for (const CriterionWords& one : limits) out += criterion_row(one, kind_of_gate);
   }
   for (const Criterion& one : outcome.expectations) {
-    if (unmet(one))
-      out +=
-          criterion_row({verdict_of(one.verdict), one.name, one.found, "expected " + one.expected, ""}, kind_of_gate);
+    if (unmet(one)) out += criterion_row({one.name, one.found, "expected " + one.expected, one}, kind_of_gate);
   }
   return out;
 }

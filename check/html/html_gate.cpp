@@ -41,14 +41,12 @@ std::string place(const Vec3& p) {
 std::string witness_list(const GateOutcome& outcome) {
   const auto& witness = outcome.measured->witness;
   if (!witness) return "";
-  const std::string from = witness->on_candidate ? "candidate" : "baseline";
-  const std::string to = witness->on_candidate ? "baseline" : "candidate";
-  std::string out = "<dl class=\"witness\"><div><dt>Witness, on the " + from + "</dt><dd><code>" +
+  std::string out = "<dl class=\"witness\"><div><dt>Witness, on the " + witness->from_mesh() + "</dt><dd><code>" +
                     with_unit(place(witness->from), outcome.unit()) + "</code> <span class=\"muted\">" +
                     outcome.measured->place_of_witness() + "</span></dd></div>";
-  out += "<div><dt>Nearest to it, on the " + to + "</dt><dd><code>" + with_unit(place(witness->to), outcome.unit()) +
-         "</code> <span class=\"muted\">triangle " + std::to_string(witness->to_triangle) + "</span></dd></div></dl>\n";
-  return out;
+  return out + "<div><dt>Nearest to it, on the " + witness->to_mesh() + "</dt><dd><code>" +
+         with_unit(place(witness->to), outcome.unit()) + "</code> <span class=\"muted\">triangle " +
+         std::to_string(witness->to_triangle) + "</span></dd></div></dl>\n";
 }
 
 std::string direction_of(Direction direction) {
@@ -367,7 +365,7 @@ std::string sentence_of(const GateOutcome& outcome, const Criterion& criterion, 
     const std::string of = criterion.beyond ? "share of the area farther than " +
                                                   with_unit(to_digits(*criterion.beyond, 6), outcome.unit())
                                             : criterion.name;
-    if (criterion.uncertainty > 0)
+    if (criterion.is_uncertain())
       return "Not decided: the limit is " + limit + ", the " + of + " lies between " + text.lower + " and " +
              with_unit(text.upper, unit) + ". ";
     return "Not decided: the limit of " + limit + " lies between the bounds of the " + of + ", " + text.lower +

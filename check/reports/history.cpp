@@ -41,13 +41,12 @@ std::string text(const Json& line, const char* name) {
 }
 
 // What is no criterion is left out.
-std::map<std::string, PastCriterion> criteria_of(const Json& line) {
-  std::map<std::string, PastCriterion> criteria;
+Json criteria_of(const Json& line) {
+  Json criteria = Json::array();
   const auto all = line.find("criteria");
   if (all == line.end() || !all->is_array()) return criteria;
   for (const Json& found : *all) {
-    if (!found.is_object() || text(found, "name").empty() || !length(found, "limit")) continue;
-    criteria[text(found, "name")] = {length(found, "lower"), length(found, "upper"), *length(found, "limit")};
+    if (found.is_object() && !text(found, "name").empty() && length(found, "limit")) criteria.push_back(found);
   }
   return criteria;
 }
@@ -60,28 +59,32 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   if (!verdict) return std::nullopt;
   return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
                                                length(json, "upper"), length(json, "limit"), text(json, "unit"),
-                                               length(json, "uncertainty").value_or(0), criteria_of(json)});
+                                               api::terms_in(json), criteria_of(json)});
 }
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
   Json json{{"time", time}, {"commit", nullptr}, {"gate", outcome.gate.name}};
   json.update(json_of(run));  // the commit keeps its place
-  if (run.uncertainty > 0) json["uncertainty"] = run.uncertainty;
-  json["criteria"] = json_of(run.criteria);
+  json.update(api::terms_json(run.terms));
+  json["criteria"] = run.criteria;
   return json;
 }
 
 PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   PastRun run{commit, outcome.verdict(), {}, {}, {}, outcome.unit()};
   if (!outcome.measured) return run;
-  const auto finite = [](double upper) { return std::isfinite(upper) ? std::optional(upper) : std::nullopt; };
-  run.lower = outcome.measured->lower;
-  run.upper = finite(outcome.measured->upper);
-  for (const Criterion& c : outcome.measured->criteria) {
-    run.criteria[c.name] = {c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit};
-    if (c.is_of_whole()) run.limit = c.limit;
-  }
-  run.uncertainty = outcome.measured->criteria.front().uncertainty;
+  const Measured& measured = *outcome.measured;
+  run.lower = measured.lower;
+  if (std::isfinite(measured.upper)) run.upper = measured.upper;
+  if (const Criterion* distance = measured.distance()) run.limit = distance->limit;
+  run.terms = measured.criteria.front();
+  std::vector<Criterion> limits = measured.criteria;
+  std::ranges::sort(limits, {}, &Criterion::name);
+  for (const Criterion& c : limits)
+    run.criteria.push_back({{"name", c.name},
+                            {"lower", c.refused.empty() ? Json(c.lower) : Json(nullptr)},
+                            {"upper", std::isfinite(c.upper) ? Json(c.upper) : Json(nullptr)},
+                            {"limit", c.limit}});
   return run;
 }
 
@@ -94,15 +97,18 @@ PastRun judged(PastRun run) {
 
 // The run of this criterion alone.
 PastRun run_of(PastRun run, const Criterion& of) {
-  const auto found = run.criteria.find(of.name);
   run.lower = run.upper = run.limit = std::nullopt;
-  if (found == run.criteria.end()) return run;
-  const double scale = of.beyond ? 100 : 1;
-  const auto scaled = [&](std::optional<double> bound) { return bound ? std::optional(scale * *bound) : bound; };
-  run.lower = scaled(found->second.lower);
-  run.upper = scaled(found->second.upper);
-  run.limit = scale * found->second.limit;
-  if (of.beyond) run.uncertainty = 0;
+  for (const Json& one : run.criteria) {
+    if (text(one, "name") != of.name) continue;
+    const auto scaled = [&](const char* name) {
+      const auto found = length(one, name);
+      return found && of.beyond ? std::optional(100 * *found) : found;
+    };
+    run.lower = scaled("lower");
+    run.upper = scaled("upper");
+    run.limit = scaled("limit");
+    if (of.beyond) run.terms = {};
+  }
   return judged(std::move(run));
 }
 
@@ -149,17 +155,6 @@ Json json_of(const PastRun& run) {
           {"limit", number_or_null(run.limit)}, {"unit", text_or_null(run.unit)}};
 }
 
-Json json_of(const std::map<std::string, PastCriterion>& criteria) {
-  Json json = Json::array();
-  for (const auto& [name, past] : criteria) {
-    json.push_back({{"name", name},
-                    {"lower", number_or_null(past.lower)},
-                    {"upper", number_or_null(past.upper)},
-                    {"limit", past.limit}});
-  }
-  return json;
-}
-
 std::string commit_of_pipeline() {
   for (const char* name : {"MESHGAUGE_COMMIT", "GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT"}) {
     const char* value = std::getenv(name);
@@ -183,7 +178,7 @@ std::vector<Chart> charts_of(const GateOutcome& outcome) {
   return charts;
 }
 
-std::string margin_of(const Chart& chart) { return api::plus_minus(chart.runs.back().uncertainty, chart.unit); }
+std::string margin_of(const Chart& chart) { return api::plus_minus(chart.runs.back().terms, chart.unit); }
 
 std::string sparkline(const std::vector<PastRun>& runs) {
   constexpr std::array kHeights{"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};

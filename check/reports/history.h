@@ -29,10 +29,8 @@ class History {
   std::map<std::string, std::vector<PastRun>, std::less<>> runs_;  // by the name of the gate, the newest at the end
 };
 
-// Commit, verdict, bounds, null where not known, limit and unit; without the uncertainty and the criteria.
+// Commit, verdict, bounds, null where not known, limit and unit; without the terms and the criteria.
 nlohmann::ordered_json json_of(const PastRun& run);
-// Name, lower and upper bound, null where not known, and limit of each.
-nlohmann::ordered_json json_of(const std::map<std::string, PastCriterion>& criteria);
 
 // Returns what a pipeline says it measures: MESHGAUGE_COMMIT, GITHUB_SHA, CI_COMMIT_SHA or GIT_COMMIT, the first of
 // these variables that is set; else empty.
@@ -48,7 +46,7 @@ struct Chart {
 // Returns a chart for each limit of the gate; none without --history.
 std::vector<Chart> charts_of(const GateOutcome& outcome);
 
-// " ± 0.01 mm" of the newest run; empty without an uncertainty. Precondition: there is a run.
+// " ± 0.01 mm" of the newest run; empty where there is none. Precondition: there is a run.
 std::string margin_of(const Chart& chart);
 
 // Draws the runs as one letter each, taller for a larger upper bound; the limit is the height of "▅". Empty for fewer

@@ -44,13 +44,13 @@ void add_measured(Properties& properties, const Measured& measured) {
   properties.emplace_back("lower", shortest(measured.lower));
   properties.emplace_back("upper", shortest(measured.upper));
   for (const Criterion& criterion : measured.criteria) add(criterion, properties);
-  if (const double u = measured.criteria.front().uncertainty; u > 0)
-    properties.emplace_back("uncertainty", shortest(u));
+  const auto terms = api::terms_json(measured.criteria.front());
+  for (const auto& [name, value] : terms.items()) properties.emplace_back(name, shortest(value.get<double>()));
   properties.emplace_back("status", shown_name(measured.status));
   if (!measured.link.empty()) properties.emplace_back("link", measured.link);
   if (!measured.witness) return;
   const Witness& witness = *measured.witness;
-  properties.emplace_back("witness.on", witness.on_candidate ? "candidate" : "baseline");
+  properties.emplace_back("witness.on", witness.from_mesh());
   properties.emplace_back("witness.from", coordinates(witness.from));
   properties.emplace_back("witness.from_triangle", std::to_string(witness.from_triangle));
   properties.emplace_back("witness.to", coordinates(witness.to));

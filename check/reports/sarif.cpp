@@ -51,7 +51,7 @@ Json related(int id, const char* role, const std::filesystem::path& file) {
 Json finite_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
 Json witness_json(const Witness& witness) {
-  return {{"on", witness.on_candidate ? "candidate" : "baseline"},
+  return {{"on", witness.from_mesh()},
           {"from", {witness.from.x(), witness.from.y(), witness.from.z()}},
           {"fromTriangle", witness.from_triangle},
           {"to", {witness.to.x(), witness.to.y(), witness.to.z()}},
@@ -73,7 +73,7 @@ Json properties_of(const GateOutcome& outcome) {
   if (const Criterion* distance = measured.distance()) properties["limit"] = distance->limit;
   properties["lower"] = finite_or_null(measured.lower);
   properties["upper"] = finite_or_null(measured.upper);
-  if (const double u = measured.criteria.front().uncertainty; u > 0) properties["uncertainty"] = u;
+  properties.update(api::terms_json(measured.criteria.front()));
   std::vector<Criterion> criteria = outcome.criteria();
   properties["foremost"] = shown_name(api::foremost(criteria).name);
   for (Criterion& shown : criteria) {

@@ -155,7 +155,7 @@ std::string unmet_of(const GateOutcome& outcome) {
   std::string text;
   for (const Criterion& one : outcome.expectations) {
     if (one.verdict == api::Verdict::pass) continue;
-    text += (text.empty() ? "" : "; ") + one.name + ": " + one.found + ", expected " + one.expected;
+    text = joined(text, api::finding_of(one, ""), "; ");
   }
   return text;
 }
@@ -170,11 +170,9 @@ std::string finding_of(const GateOutcome& outcome) {
 std::string witness_of(const GateOutcome& outcome) {
   if (!outcome.measured || !outcome.measured->witness || outcome.verdict() == Verdict::fail) return "";
   const Witness& witness = *outcome.measured->witness;
-  const std::string from = witness.on_candidate ? "candidate" : "baseline";
-  const std::string to = witness.on_candidate ? "baseline" : "candidate";
   return with_unit(api::in_words(witness.from), outcome.unit()) + " on " + outcome.measured->place_of_witness() +
-         " of the " + from + "; nearest is " + with_unit(api::in_words(witness.to), outcome.unit()) + " on triangle " +
-         std::to_string(witness.to_triangle) + " of the " + to;
+         " of the " + witness.from_mesh() + "; nearest is " + with_unit(api::in_words(witness.to), outcome.unit()) +
+         " on triangle " + std::to_string(witness.to_triangle) + " of the " + witness.to_mesh();
 }
 
 std::vector<std::string> unmeasured_of(const GateOutcome& outcome) {

@@ -37,7 +37,7 @@ Json limits_of(const GateOutcome& outcome) {
 
 Json json_of(const std::optional<Witness>& witness) {
   if (!witness) return nullptr;
-  return {{"on", witness->on_candidate ? "candidate" : "baseline"},
+  return {{"on", witness->from_mesh()},
           {"point", api::json_of(witness->from)},
           {"triangle", witness->from_triangle},
           {"nearest_point", api::json_of(witness->to)},
@@ -58,8 +58,8 @@ Json json_of(const std::vector<PastRun>& runs) {
   Json json = Json::array();
   for (const PastRun& run : runs) {
     Json& one = json.emplace_back(json_of(run));
-    one["criteria"] = json_of(run.criteria);
-    if (run.uncertainty > 0) one["uncertainty"] = run.uncertainty;
+    one["criteria"] = run.criteria;
+    one.update(api::terms_json(run.terms));
   }
   return json;
 }

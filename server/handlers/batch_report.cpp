@@ -1,6 +1,7 @@
 #include "server/handlers/batch_report.h"
 
 #include <optional>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
@@ -58,17 +59,10 @@ std::optional<double> limit_of(const store::Job& job) {
   return gate["max_distance"].get<double>();
 }
 
-// The unit of all lengths of the result, such as "mm". Empty: not known.
-std::string unit_of(const api::ResultFacts& facts) {
-  const auto& unit = facts.units.result.unit;
-  return unit ? std::string(api::to_string(*unit)) : std::string();
-}
-
 // The unit of the limit. Empty: not known, or there is no gate.
-std::string unit_of(const Json& gate) {
+std::string_view unit_of(const Json& gate) {
   if (!gate.contains("units") || !gate["units"].is_string()) return "";
-  const auto unit = api::parse_unit(gate["units"].get_ref<const std::string&>());
-  return unit ? std::string(api::to_string(*unit)) : std::string();
+  return api::to_string(api::parse_unit(gate["units"].get_ref<const std::string&>()));
 }
 
 Json failure_of(const store::BatchRow& row) {
@@ -76,7 +70,7 @@ Json failure_of(const store::BatchRow& row) {
   const auto facts = row.job ? facts_of(result_of(*row.job)) : std::nullopt;
   const Json gate = row.job ? gate_of(*row.job) : Json(nullptr);
   failure["gate"] = gate;
-  failure["unit"] = text_or_null(facts ? unit_of(*facts) : unit_of(gate));
+  failure["unit"] = text_or_null(facts ? api::to_string(facts->units.result.unit) : unit_of(gate));
   failure["distance"] = facts ? Json{{"lower", facts->lower}, {"upper", facts->upper}} : Json(nullptr);
   failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
   return failure;
@@ -110,21 +104,10 @@ std::string detail_of(const store::Job& job) {
 
 // "fail: the distance in bore is at least 0.03 mm, above the limit of 0.02 mm; pass: ...", the foremost first. Empty:
 // the result has no criteria, or was made by an earlier version.
-std::string found_of_criteria(const Json& result) {
-  std::vector<api::Criterion> criteria;
-  std::vector<std::string> findings;
-  for (const Json& json : result.value("criteria", Json::array())) {
-    auto criterion = api::read_criterion(json);
-    if (!criterion) continue;
-    findings.push_back(std::string(to_string(criterion->verdict)) + ": " + json.value("finding", std::string()));
-    criteria.push_back(*std::move(criterion));
-  }
-  if (criteria.empty()) return "";
-  const auto first = static_cast<std::size_t>(&api::foremost(criteria) - criteria.data());
-  std::string text = findings[first];
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (i != first) text += "; " + findings[i];
-  }
+std::string found_of_criteria(const Json& result, const std::string& unit) {
+  std::string text;
+  for (const api::Criterion& one : api::foremost_first(api::read_criteria(result)))
+    text += (text.empty() ? "" : "; ") + std::string(to_string(one.verdict)) + ": " + api::finding_of(one, unit);
   return text;
 }
 
@@ -138,9 +121,9 @@ std::string found_of_alignment(const Json& result, const std::string& units) {
 std::string found(const store::Job& job, const Json& result) {
   const auto facts = facts_of(result);
   if (!facts) return detail_of(job);
-  const std::string unit = unit_of(*facts);
+  const std::string unit(api::to_string(facts->units.result.unit));
   const std::string units = unit.empty() ? "" : " " + unit;
-  std::string text = found_of_criteria(result);
+  std::string text = found_of_criteria(result, unit);
   if (text.empty()) {
     text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
     if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;

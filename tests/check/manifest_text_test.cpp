@@ -181,7 +181,7 @@ TEST_CASE("manifest text: regions of a gate replace those of the defaults") {
 }
 
 TEST_CASE("manifest text: a zone, alone or beside other limits") {
-  using Zone = SideOptions::Zone;
+  using Zone = SideOptions::Limits;
   const auto options = [](const std::string& more, const std::string& defaults = "timeout: 30 s") {
     return gate(more, defaults).request.options;
   };

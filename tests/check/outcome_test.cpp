@@ -135,7 +135,7 @@ Result<Measured> in_zone(const std::string& refused, const std::string& inside, 
     document["criteria"].push_back(found.is_object() || found.is_null() ? criterion(asked, found) : found);
   }
   Gate asked;
-  asked.request.options.zone = SideOptions::Zone{1, 2};
+  asked.request.options.zone = SideOptions::Limits{1, 2};
   return measured_from(document, asked);
 }
 
@@ -162,7 +162,7 @@ TEST_CASE("outcome: a zone has a criterion for each side") {
   CHECK(in_zone("null", side(1.5, 2), side(2.5, 3))->limit->limit == 1);
   CHECK(in_zone("null", side(0, 1), side(1, 3))->limit->side == "outside");
   GateOutcome outcome;
-  outcome.gate.request.options.zone = SideOptions::Zone{1, 2};
+  outcome.gate.request.options.zone = SideOptions::Limits{1, 2};
   outcome.measured = *fail;
   CHECK(outcome.advice() ==
         "Look at (1, 2, 3) on triangle 7 of the candidate: it is 1.5 or more inside of the baseline.");
@@ -179,7 +179,7 @@ TEST_CASE("outcome: nothing is known of a zone whose baseline has no sides, whic
   CHECK(open->verdict == Verdict::undecided);
   CHECK(open->limit->limit == 2);
   GateOutcome outcome;
-  outcome.gate.request.options.zone = SideOptions::Zone{1, 2};
+  outcome.gate.request.options.zone = SideOptions::Limits{1, 2};
   outcome.gate.warn_only = true;
   outcome.measured = *open;
   CHECK(outcome.level(Undecided::warn) == Level::failure);

@@ -30,7 +30,7 @@ SideOutcome sides_of(const Mesh& a, const Mesh& b, Options options = {}) {
 SideOutcome in_zone(const Mesh& a, const Mesh& b, double inside, double outside, double uncertainty = 0,
                     bool narrow = false) {
   Options options;
-  options.sides.emplace().zone = {inside, outside};
+  options.sides.emplace().limits = {inside, outside};
   options.uncertainty = uncertainty;
   options.narrow = narrow;
   return sides_of(a, b, options);

@@ -52,7 +52,7 @@ fuzz::Asked ask_sides(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   options.sides.emplace().length_tolerance = dice.power(-3, -1);
   if (dice.chance(0.5)) {
     const auto limit = [&] { return dice.chance(0.1) ? 0 : upper * dice.uniform(0, 1.1); };
-    options.sides->zone = {limit(), limit()};
+    options.sides->limits = {limit(), limit()};
     if (dice.chance(0.3)) options.uncertainty = upper * dice.uniform(0, 0.1);
     options.narrow = dice.chance(0.1);
   }
@@ -137,7 +137,7 @@ bool try_pair(std::uint64_t seed, Counts& counts) {
   if (found.refused) ++counts.refused;
   if (found.inside.lower > 0 && found.outside.lower > 0) ++counts.both;
   std::string violated = judge(pair, asked, found, size);
-  if (violated.empty() && !asked.cancel_at && !asked.options.sides->zone && dice.chance(0.1)) {
+  if (violated.empty() && !asked.cancel_at && !asked.options.sides->limits && dice.chance(0.1)) {
     const Outcome again = fuzz::run(asked, 2);
     const bool is_same_start = outcome.a_to_b->bounds.upper == again.a_to_b->bounds.upper;
     if (is_same_start && !same(found, *again.sides)) violated = "threads";

@@ -51,14 +51,14 @@ void limit_other_side(SidePart& part) {
 SideSearch::SideSearch(const AreaDirection& direction, const SideOptions& asked)
     : in_(direction), asked_(asked), stop_([this] { return in_.control.check() != Interruption::none; }) {
   for (std::size_t i = 0; i < in_.pool.size(); ++i) bounders_.emplace_back(in_.to, in_.adjacency, in_.error);
-  if (!asked.zone) return;
+  if (!asked.limits) return;
   const int exponent = in_.frame.exponent();
   const auto limits = [&](double limit) {
     const LimitEnds ends = in_.options.ends(limit);
     return LimitEnds{rounding::scale_down(std::max(ends.pass, 0.0), -exponent),
                      rounding::scale_up(ends.fail, -exponent)};
   };
-  limits_ = {limits(asked.zone->outside), limits(asked.zone->inside)};
+  limits_ = {limits(asked.limits->outside), limits(asked.limits->inside)};
 }
 
 SideOutcome SideSearch::run() {
@@ -354,10 +354,10 @@ SideOutcome SideSearch::result(AreaStop stop) const {
 
 SideOutcome search_sides(const AreaDirection& direction, const SideOptions& asked) {
   SideOutcome found = SideSearch(direction, asked).run();
-  if (!asked.zone || !direction.options.narrow || found.stop != AreaStop::complete || found.refused) return found;
+  if (!asked.limits || !direction.options.narrow || found.stop != AreaStop::complete || found.refused) return found;
   const NarrowingTime time(direction.control);
   SideOptions plain = asked;
-  plain.zone.reset();
+  plain.limits.reset();
   plain.length_tolerance = std::max(plain.length_tolerance, kNarrowRelative);
   const SideOutcome narrow = SideSearch(direction, plain).run();
   for (const auto side : {&SideOutcome::outside, &SideOutcome::inside}) {

@@ -29,7 +29,7 @@ TEST_CASE("gate: an uncertainty moves the distance of the area both ways") {
 TEST_CASE("gate: the engine is asked for the sides of a zone") {
   api::ComparisonOptions options;
   options.zone = {1, 2};
-  CHECK(api::engine_options(options).sides->zone == options.zone);
+  CHECK(api::engine_options(options).sides->limits == options.zone);
 }
 
 TEST_CASE("gate: an uncertainty above a limit does not fit") {

@@ -207,12 +207,12 @@ TEST_CASE("request: a zone and sides") {
   const auto parsed =
       parse_options(R"({"gate": {"zone": [-0.05, 0.1], "units": "mm"}, "sides": {"length_tolerance": 0.1}})");
   REQUIRE(parsed.ok());
-  CHECK(parsed->options.zone == SideOptions::Zone{0.05, 0.1});
+  CHECK(parsed->options.zone == SideOptions::Limits{0.05, 0.1});
   CHECK(parsed->options.sides->length_tolerance == 0.1);
   CHECK(has_limit(parsed->options));
   CHECK(parse_options(R"({"sides": true})")->options.sides.has_value());
   CHECK(!parse_options(R"({"sides": false})")->options.sides);
-  CHECK(parse_options(R"({"gate": {"zone": [0, 0]}})")->options.zone == SideOptions::Zone{});
+  CHECK(parse_options(R"({"gate": {"zone": [0, 0]}})")->options.zone == SideOptions::Limits{});
   CHECK(!std::signbit(parse_options(R"({"gate": {"zone": [-0.0, 0]}})")->options.zone->inside));
   for (const char* zone : {"0.1", "[0.1]", "[-1, 1, 2]", "null", "{}"}) {
     CAPTURE(zone);

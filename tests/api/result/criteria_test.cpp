@@ -34,7 +34,7 @@ struct Everything {
   Everything() {
     options.max_distance = 0.5;
     options.uncertainty = 0.125;
-    options.zone = SideOptions::Zone{1, 2};
+    options.zone = SideOptions::Limits{1, 2};
     options.max_share_beyond = {0.25, 0.125};
     Region bore;
     bore.name = "bore";
@@ -184,4 +184,27 @@ TEST_CASE("criteria: what is written is read back, and its verdict is that of th
     CHECK_FALSE(api::read_criterion(wrong).ok());
   }
   CHECK_FALSE(api::read_criterion(nlohmann::ordered_json::array()).ok());
+  const nlohmann::ordered_json document{{"criteria", {json, 3, nullptr}}};
+  CHECK(api::read_criteria(document).size() == 1);
+  CHECK(api::read_criteria(nlohmann::ordered_json::object()).empty());
+}
+
+TEST_CASE("criteria: the foremost comes first, the others keep their order") {
+  const Everything all;
+  const auto criteria = api::foremost_first(api::criteria_of(all.outcome, all.options));
+  std::vector<std::string> names;
+  for (const Criterion& one : criteria) names.push_back(one.name);
+  CHECK(names == std::vector<std::string>{"distance outside", "distance outside of all regions", "distance inside",
+                                          "distance in bore", "share beyond"});
+  CHECK(api::foremost_first({}).empty());
+}
+
+TEST_CASE("criteria: what a gate says of all its limits is written beside them and read back") {
+  const Everything all;
+  const Criterion first = api::criteria_of(all.outcome, all.options).front();
+  CHECK(api::terms_json(first).dump() == R"({"uncertainty":0.125})");
+  CHECK(api::terms_in(api::terms_json(first)).uncertainty == 0.125);
+  CHECK(api::terms_json({}).dump() == "{}");
+  for (const char* text : {"{}", R"({"uncertainty":"1"})", R"({"uncertainty":null})"})
+    CHECK(api::terms_in(nlohmann::ordered_json::parse(text)).uncertainty == 0);
 }

@@ -112,7 +112,7 @@ TEST_CASE("response: the document equals what is parsed of its text") {
   comparison.outcome.upper = kInfinity;
   comparison.outcome.a_to_b->bounds.upper = kInfinity;
   comparison.outcome.diagonal_a = 0;
-  comparison.options.zone = SideOptions::Zone{0.1, 0.1};  // of which nothing is known
+  comparison.options.zone = SideOptions::Limits{0.1, 0.1};  // of which nothing is known
   const nlohmann::ordered_json document = api::document_of(comparison);
   CHECK(document == nlohmann::ordered_json::parse(to_json(comparison)));
   CHECK(document["distance"]["upper"].is_null());

@@ -166,9 +166,9 @@ TEST_CASE("history: criteria that are none are not read") {
   const auto& runs = report.outcomes[0].history;
   REQUIRE(runs.size() == 7);
   REQUIRE(runs[0].criteria.size() == 1);
-  CHECK(runs[0].criteria.at("d").limit == 1);
+  CHECK(runs[0].criteria[0] == nlohmann::ordered_json{{"name", "d"}, {"limit", 1}});
   for (std::size_t i = 1; i < 6; ++i) CHECK(runs[i].criteria.empty());
-  CHECK(runs[6].criteria.at("distance").limit == 0.05);
+  CHECK(runs[6].criteria[0]["limit"] == 0.05);
 }
 
 TEST_CASE("history: each limit is drawn by its own verdict") {

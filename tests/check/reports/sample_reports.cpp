@@ -47,7 +47,7 @@ GateOutcome area(const std::string& name, double more) {
 GateOutcome zone(const std::string& name) {
   GateOutcome outcome = outcome_of(name, 0.06, 0.07, 0.05, "converged");
   outcome.gate.request.options.max_distance.reset();
-  outcome.gate.request.options.zone = SideOptions::Zone{0.05, 0.1};
+  outcome.gate.request.options.zone = SideOptions::Limits{0.05, 0.1};
   Measured& measured = *outcome.measured;
   set_criteria(measured, {on_side("inside", distance(0.06, 0.07, 0.05, "complete")),
                           on_side("outside", distance(0.01, 0.02, 0.1, "complete"))});
