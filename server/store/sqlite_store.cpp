@@ -296,15 +296,6 @@ Result<Done> SqliteStore::write(const WriteBehind::Batch& batch) {
   });
 }
 
-Result<std::optional<Job>> SqliteStore::get(const JobKey& key) {
-  if (const auto job = behind_.find(key)) return std::optional<Job>(*job);
-  return readers_.read([&](Connection& connection) { return find_job(connection, key); });
-}
-
-Result<std::optional<Job>> SqliteStore::find_idempotent(const std::string& owner, const std::string& idempotency_key) {
-  return readers_.read([&](Connection& connection) { return find_idempotent_job(connection, owner, idempotency_key); });
-}
-
 Result<bool> SqliteStore::forget(const JobKey& key) {
   const bool held = behind_.drop(key);
   const Result<bool> removed = writer_.write(
@@ -343,24 +334,9 @@ Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& 
   return queued;
 }
 
-Result<Counts> SqliteStore::counts() {
-  Result<Counts> counts = readers_.read(count_jobs<Connection>);
-  if (!counts) return counts;
-  behind_.add_to(*counts);
-  return counts;
-}
-
-Result<std::uint64_t> SqliteStore::unended(const std::string& owner, TimePoint now) {
-  return readers_.read([&](Connection& connection) { return count_unended(connection, owner, now); });
-}
-
 Result<std::vector<BlobKey>> SqliteStore::used_blobs() { return readers_.read(find_used_blobs<Connection>); }
 
 Result<std::vector<BlobKey>> SqliteStore::known_blobs() { return readers_.read(find_known_blobs<Connection>); }
-
-Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
-  return readers_.read([&](Connection& connection) { return connection.query(kUsesBlob, key.owner, key.id).next(); });
-}
 
 Result<std::uint64_t> SqliteStore::remove_in_portions(
     const std::function<Result<std::uint64_t>(std::int64_t most)>& remove) {
@@ -414,8 +390,6 @@ Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept)
   return SweptJobs{*expired, *over_cap, given_up->size()};
 }
 
-Result<Origin> SqliteStore::origin() { return readers_.read(find_origin<Connection>); }
-
 Result<Done> SqliteStore::doubt(std::optional<TimePoint> since) {
   return writer_.write([&](Connection& connection) {
     connection.query("UPDATE origin SET doubted = $1", since).run();
@@ -446,10 +420,6 @@ Result<PutMesh> SqliteStore::put_mesh(const MeshRow& row, const MeshQuota& quota
   });
 }
 
-Result<std::optional<MeshRow>> SqliteStore::get_mesh(const BlobKey& key) {
-  return readers_.read([&](Connection& connection) { return find_mesh(connection, key); });
-}
-
 Result<bool> SqliteStore::delete_mesh(const BlobKey& key) {
   return writer_.write(
       [&](Connection& connection) {
@@ -457,12 +427,6 @@ Result<bool> SqliteStore::delete_mesh(const BlobKey& key) {
       },
       Writer::Promise::removal);
 }
-
-Result<StoredMeshes> SqliteStore::stored(const std::string& owner) {
-  return readers_.read([&](Connection& connection) { return find_stored(connection, owner); });
-}
-
-Result<std::uint64_t> SqliteStore::all_stored_bytes() { return readers_.read(count_stored<Connection>); }
 
 // A mesh that was just used must stay, also when a full disk does not take the time of its use.
 Result<std::vector<BlobKey>> SqliteStore::sweep_meshes(TimePoint now) {
@@ -487,24 +451,6 @@ Result<std::vector<BlobKey>> SqliteStore::sweep_meshes(TimePoint now) {
   return removed;
 }
 
-Result<std::vector<MeshRow>> SqliteStore::list_meshes(const Page& page) {
-  return readers_.read([&](Connection& connection) { return store::list_meshes(connection, page); });
-}
-
-Result<std::vector<ListedJob>> SqliteStore::list_jobs(const Page& page) {
-  return readers_.read([&](Connection& connection) { return store::list_jobs(connection, page); });
-}
-
-Result<std::vector<ListedBatch>> SqliteStore::list_batches(const Page& page) {
-  return readers_.read([&](Connection& connection) { return store::list_batches(connection, page); });
-}
-
-Result<JobsOfOwner> SqliteStore::jobs_owned(const std::string& owner) {
-  return readers_.read([&](Connection& connection) { return count_jobs_of(connection, owner); });
-}
-
-Result<std::uint64_t> SqliteStore::batches_owned(const std::string& owner) {
-  return readers_.read([&](Connection& connection) { return count_batches_of(connection, owner); });
-}
+template class CommonStore<SqliteStore>;
 
 }  // namespace meshgauge::server::store

@@ -229,23 +229,6 @@ Result<InsertedBatch> PostgresStore::insert_batch(const NewBatch& batch) {
   return inserted;
 }
 
-Result<std::optional<Batch>> PostgresStore::get_batch(const JobKey& key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return batch_of(find_batch(connection, key)); });
-}
-
-Result<std::optional<Batch>> PostgresStore::find_idempotent_batch(const std::string& owner,
-                                                                  const std::string& idempotency_key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    return batch_of(store::find_idempotent_batch(connection, owner, idempotency_key));
-  });
-}
-
-Result<std::vector<BatchRow>> PostgresStore::batch_rows(const JobKey& key, Rows which, std::uint64_t from,
-                                                        std::size_t most) {
-  return pool_.run(Promise::fleeting,
-                   [&](PgConnection& connection) { return find_batch_rows(connection, key, which, from, most); });
-}
-
 Result<Done> PostgresStore::cancel_jobs_of(const JobKey& key, std::uint64_t items, Moment moment) {
   for (std::uint64_t from = 0; from < items; from += kItemPortion) {
     const Result<std::vector<JobKey>> running = pool_.run(
@@ -280,10 +263,6 @@ Result<Done> PostgresStore::cancel_the_rest(Moment moment) {
     if (const Result<bool> cancelled = cancel_batch(key, moment); !cancelled) return cancelled.error();
   }
   return Done{};
-}
-
-Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_batches(connection, owner); });
 }
 
 Result<bool> PostgresStore::forget_batch(const JobKey& key) {

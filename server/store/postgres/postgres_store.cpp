@@ -239,11 +239,6 @@ Result<Done> PostgresStore::write(const WriteBehind::Batch& batch) {
   });
 }
 
-Result<std::optional<Job>> PostgresStore::get(const JobKey& key) {
-  if (const auto job = behind_.find(key)) return std::optional<Job>(*job);
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_job(connection, key); });
-}
-
 Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
   std::vector<Job> jobs;
   std::vector<std::string> owners, ids;
@@ -262,14 +257,6 @@ Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
   jobs.insert(jobs.end(), stored->begin(), stored->end());
   return jobs;
 }
-
-Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& owner,
-                                                          const std::string& idempotency_key) {
-  return pool_.run(Promise::fleeting,
-                   [&](PgConnection& connection) { return find_idempotent_job(connection, owner, idempotency_key); });
-}
-
-Result<Origin> PostgresStore::origin() { return pool_.run(Promise::fleeting, find_origin<PgConnection>); }
 
 Result<Done> PostgresStore::doubt(std::optional<TimePoint> since) {
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
@@ -290,10 +277,6 @@ Result<Done> PostgresStore::check() {
 
 Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {
   return pool_.run(Promise::durable, [&](PgConnection& connection) { return put(connection, row, quota); });
-}
-
-Result<std::optional<MeshRow>> PostgresStore::get_mesh(const BlobKey& key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_mesh(connection, key); });
 }
 
 Result<std::vector<MeshRow>> PostgresStore::known_meshes(const std::string& owner, std::span<const std::string> ids) {
@@ -318,14 +301,6 @@ Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
   });
 }
 
-Result<StoredMeshes> PostgresStore::stored(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_stored(connection, owner); });
-}
-
-Result<std::uint64_t> PostgresStore::all_stored_bytes() {
-  return pool_.run(Promise::fleeting, count_stored<PgConnection>);
-}
-
 // One owner at a time; locks the owner's sum first, as put_mesh() does.
 Result<std::vector<BlobKey>> PostgresStore::sweep_meshes(TimePoint now) {
   Result<Done> flushed = flush();  // a mesh that was just used must stay
@@ -339,26 +314,6 @@ Result<std::vector<BlobKey>> PostgresStore::sweep_meshes(TimePoint now) {
   }
 }
 
-Result<std::vector<MeshRow>> PostgresStore::list_meshes(const Page& page) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_meshes(connection, page); });
-}
-
-Result<std::vector<ListedJob>> PostgresStore::list_jobs(const Page& page) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_jobs(connection, page); });
-}
-
-Result<std::vector<ListedBatch>> PostgresStore::list_batches(const Page& page) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_batches(connection, page); });
-}
-
-Result<JobsOfOwner> PostgresStore::jobs_owned(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_jobs_of(connection, owner); });
-}
-
-Result<std::uint64_t> PostgresStore::batches_owned(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_batches_of(connection, owner); });
-}
-
 Result<Migrated> migrate_database(const std::string& database) {
   try {
     return pg_migrate(*PgConnection::open(database), pg_schema_steps());
@@ -366,5 +321,7 @@ Result<Migrated> migrate_database(const std::string& database) {
     return to_error(failure);
   }
 }
+
+template class CommonStore<PostgresStore>;
 
 }  // namespace meshgauge::server::store
