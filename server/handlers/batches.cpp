@@ -42,8 +42,7 @@ constexpr std::chrono::seconds kRenewAfter{60};      // far less than the age at
 // The batch was removed while the request arrived. Sent again, the request makes a new batch.
 Problem batch_removed_just_now() {
   return {ProblemKind::storage_unavailable,
-          "the batch of this Idempotency-Key was removed while the request arrived; send it again",
-          {}};
+          "the batch of this Idempotency-Key was removed while the request arrived; send it again"};
 }
 
 store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
@@ -141,7 +140,7 @@ std::vector<std::string> stored_ids(const api::BatchRequest& request) {
 std::optional<api::Problem> find_unknown(const api::BatchRequest& request, const std::vector<store::MeshRow>& known) {
   std::unordered_set<std::string> ids;
   for (const store::MeshRow& row : known) ids.insert(row.key.id);
-  api::Problem problem{api::ProblemKind::unknown_mesh, "", {}};
+  api::Problem problem{api::ProblemKind::unknown_mesh, ""};
   std::set<std::string> unknown;
   for (std::size_t i = 0; i < request.pairs.size(); ++i) {
     const api::BatchPair& pair = request.pairs[i];
@@ -224,8 +223,7 @@ std::optional<Problem> Batches::admit(const std::string& owner) {
   const std::string most = std::to_string(kMostUnended * settings_.max_batch_pairs);
   return Problem{ProblemKind::overloaded,
                  "too many comparisons of your batches are queued or running (limit " + most + " comparisons, " +
-                     std::to_string(kMostBatches) + " batches); retry later",
-                 {}};
+                     std::to_string(kMostBatches) + " batches); retry later"};
 }
 
 // The meshes are reserved before they are looked up: if one is deleted meanwhile, its bytes stay for the batch.
@@ -259,8 +257,7 @@ void Batches::insert(Exchange& exchange, BatchReceiver& receiver, bool repeats) 
   if (inserted->mesh_gone) return answer(exchange, problem_of_removed_mesh(exchange.owner, request));
   if (inserted->conflict) {
     return answer(exchange, Problem{ProblemKind::idempotency_key_reused,
-                                    "this Idempotency-Key was used for another batch; take a new one",
-                                    {}});
+                                    "this Idempotency-Key was used for another batch; take a new one"});
   }
   exchange.response.headers.emplace_back("Location", "/v1/batches/" + inserted->batch.key.id);
   send(exchange, inserted->batch, 202);
@@ -271,8 +268,7 @@ Problem Batches::problem_of_removed_mesh(const std::string& owner, const api::Ba
   if (!known) return api::to_problem(known.error());
   if (auto unknown = find_unknown(request, *known)) return *std::move(unknown);
   return {ProblemKind::storage_unavailable,
-          "a mesh of the batch was removed and stored again meanwhile; send the batch again",
-          {}};
+          "a mesh of the batch was removed and stored again meanwhile; send the batch again"};
 }
 
 std::optional<store::Batch> Batches::find(Exchange& exchange) {
@@ -363,7 +359,7 @@ void Batches::end(Exchange& exchange, const store::JobKey& key) {
 // For responses that occupy a connection for long. null: the exchange is answered.
 std::shared_ptr<const void> Batches::take_place(Exchange& exchange) {
   if (exchange.head.minor_version == 0) {
-    answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1", {}});
+    answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1"});
     return nullptr;
   }
   auto place = watchers_.take(exchange.owner);
@@ -438,8 +434,7 @@ void Batches::junit(Exchange& exchange) {
   const auto batch = find(exchange);
   if (!batch) return;
   if (!batch->finished) {
-    return answer(exchange,
-                  Problem{ProblemKind::not_ended, "the batch has not ended; ask for its report when it has", {}});
+    return answer(exchange, Problem{ProblemKind::not_ended, "the batch has not ended; ask for its report when it has"});
   }
   exchange.response.content_type = "application/xml";
   stream_rows(

@@ -101,8 +101,7 @@ void Listings::list(Exchange& exchange, const char* name, List<Row> of,
                     Result<Json> (Listings::*used)(const std::string&)) {
   if (!access_.has_keys()) {
     return answer(exchange, Problem{api::ProblemKind::forbidden,
-                                    "only what belongs to a key can be listed, and this service runs without keys",
-                                    {}});
+                                    "only what belongs to a key can be listed, and this service runs without keys"});
   }
   auto page = read_page(exchange);
   if (const auto* problem = std::get_if<Problem>(&page)) return answer(exchange, *problem);

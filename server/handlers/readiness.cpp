@@ -28,7 +28,7 @@ Readiness::~Readiness() {
 }
 
 void Readiness::answer(Exchange& exchange, Defects now) {
-  api::Problem problem{api::ProblemKind::not_ready, "", {}};
+  api::Problem problem{api::ProblemKind::not_ready, ""};
   for (auto& defect : last_defects()) now.push_back(std::move(defect));
   for (const auto& [part, message] : now) {
     problem.errors.push_back({part, "", message});

@@ -12,15 +12,14 @@
 namespace meshgauge::server {
 
 inline api::Problem shutting_down() {
-  return {api::ProblemKind::shutting_down, "the service is shutting down and accepts no new work; retry later", {}};
+  return {api::ProblemKind::shutting_down, "the service is shutting down and accepts no new work; retry later"};
 }
 
 // Serialized once: under overload most responses are this one.
 inline const ProblemDocument& queue_full() {
   static const ProblemDocument document =
       document_of({api::ProblemKind::overloaded,
-                   "all workers are busy, and the queue or this client's share of it is full; retry later",
-                   {}});
+                   "all workers are busy, and the queue or this client's share of it is full; retry later"});
   return document;
 }
 
@@ -28,8 +27,7 @@ inline const ProblemDocument& queue_full() {
 inline api::Problem too_many_watchers(const Settings& settings) {
   return {api::ProblemKind::overloaded,
           "too many clients follow events or wait (limit " + std::to_string(settings.max_event_streams) +
-              "); retry in a moment",
-          {}};
+              "); retry in a moment"};
 }
 
 // Recognises a field of a form that holds the name of a file in place of the file: `curl -F a=part.stl` without the

@@ -77,9 +77,7 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
 
 Denial removed_just_now() {
   return {{ProblemKind::storage_unavailable,
-           "the comparison of this Idempotency-Key was just removed; send the request again",
-           {}},
-          {}};
+           "the comparison of this Idempotency-Key was just removed; send the request again"}};
 }
 
 }  // namespace
@@ -215,7 +213,7 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
   for (const MeshSource* source : {&submission.a, &submission.b}) {
     if (source == &submission.b && source->id == submission.a.id) continue;
     const auto there = stores_.blobs.exists({owner, source->id});
-    if (!there) return Denial{api::to_problem(there.error()), {}};
+    if (!there) return Denial{api::to_problem(there.error())};
     if (!*there) more += source->input.bytes.size();
   }
   const auto hold = hold_storage(access_, stores_, owner, more, settings_.max_stored_bytes);
@@ -231,16 +229,14 @@ std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource
   if (!source.kept) {
     const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
     store_errors_.note(put);
-    return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error()), {}});
+    return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error())});
   }
   const auto renewed = stores_.blobs.renew({owner, source.id});
   store_errors_.note(renewed);
-  if (!renewed) return Denial{api::to_problem(renewed.error()), {}};
+  if (!renewed) return Denial{api::to_problem(renewed.error())};
   if (*renewed) return std::nullopt;
   return Denial{{ProblemKind::unknown_mesh,
-                 "the mesh '" + source.input.part + "' was deleted while the request was handled; store it again",
-                 {}},
-                {}};
+                 "the mesh '" + source.input.part + "' was deleted while the request was handled; store it again"}};
 }
 
 // Counts the owner's jobs in the store: other front ends accept jobs of this owner, too.
@@ -278,22 +274,20 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   }
   watcher_.forget(*job);
   store_errors_.note(inserted);
-  if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
+  if (!inserted) return Denial{api::to_problem(inserted.error())};
   return found(inserted->job, inserted->conflict);
 }
 
 Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
   if (conflict) {
     return Denial{{ProblemKind::idempotency_key_reused,
-                   "this Idempotency-Key was used for another comparison; take a new one",
-                   {}},
-                  {}};
+                   "this Idempotency-Key was used for another comparison; take a new one"}};
   }
   if (!store::has_ended(row.state)) {
     if (auto first = watcher_.watch(row)) return first;
   }
   auto view = get(row.key);  // it has ended since, or waits for the next start
-  if (!view) return Denial{api::to_problem(view.error()), {}};
+  if (!view) return Denial{api::to_problem(view.error())};
   if (*view) return std::move(**view);
   return removed_just_now();
 }
@@ -308,7 +302,7 @@ Result<bool> Jobs::repeats(const Submission& submission) {
 Jobs::Submitted Jobs::repeated(Submission& submission) {
   name_meshes(submission);
   const auto row = stores_.jobs.find_idempotent(submission.key.owner, submission.idempotency_key);
-  if (!row) return Denial{api::to_problem(row.error()), {}};
+  if (!row) return Denial{api::to_problem(row.error())};
   if (!*row) return removed_just_now();
   const std::string print = fingerprint_of(submission.a.id, submission.b.id, submission.options);
   return found(**row, print != (*row)->fingerprint);
@@ -424,16 +418,15 @@ std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
   if (job.durable) {
     if (there || queue_->silence() < job.request.timeout) return std::nullopt;
     return Problem{
-        ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again", {}};
+        ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again"};
   }
   const bool begun = job.state() != JobState::queued;
   const milliseconds late = begun || !there ? kLate : kUntold;
   if (LiveJob::Clock::now() < job.deadline() + late) return std::nullopt;
   if (!there)
     return Problem{ProblemKind::storage_unavailable,
-                   "the store does not answer, and the timeout of the request has passed; send it again later",
-                   {}};
-  return Problem{ProblemKind::out_of_time, "no worker ended the comparison within the timeout of the request", {}};
+                   "the store does not answer, and the timeout of the request has passed; send it again later"};
+  return Problem{ProblemKind::out_of_time, "no worker ended the comparison within the timeout of the request"};
 }
 
 void Jobs::ended(const LiveJob& job, const store::Job& row) {

@@ -42,7 +42,7 @@ std::string problem_json(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;
   if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
   if (row.state != store::JobState::failed) return "null";
-  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
+  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error});
 }
 
 JobView as_told(const store::Job& row) {
@@ -61,7 +61,7 @@ JobView as_told(const store::Job& row) {
 }
 
 api::Problem cancelled_early() {
-  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
+  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read"};
 }
 
 std::string to_text(store::TimePoint time) { return api::to_utc_ms(time); }

@@ -29,7 +29,7 @@ std::variant<StorageHold, Denial> hold_storage(Access& access, const Stores& sto
     if (!stored) failure = stored.error();
     return stored ? *stored : 0;
   });
-  if (failure) return Denial{api::to_problem(*failure), {}};
+  if (failure) return Denial{api::to_problem(*failure)};
   return hold;
 }
 

@@ -181,8 +181,8 @@ std::string request_line(const Exchange& exchange, double seconds) {
 
 // Under overload most lines would tell of the same refusal.
 void log_request(const Exchange& exchange, double seconds) {
-  static const std::string overloaded = api::Problem{api::ProblemKind::overloaded, "", {}}.type();
-  static const std::string too_many = api::Problem{api::ProblemKind::too_many_requests, "", {}}.type();
+  static const std::string overloaded = api::Problem{api::ProblemKind::overloaded, ""}.type();
+  static const std::string too_many = api::Problem{api::ProblemKind::too_many_requests, ""}.type();
   const bool alike = exchange.failure.empty() && (exchange.problem == overloaded || exchange.problem == too_many);
   write_line([&] { return request_line(exchange, seconds); }, alike);
 }
