@@ -24,7 +24,7 @@ std::optional<std::string> equal_work(Connection& connection, const std::string&
 std::string job_for(Connection& connection, const BatchItem& item) {
   std::optional<std::string> there = equal_work(connection, item.job.key.owner, item.work);
   if (there) return *std::move(there);
-  insert_row(connection, item.job, item.work);
+  insert_row(connection, as_queued(item.job), item.work);
   return item.job.key.id;
 }
 

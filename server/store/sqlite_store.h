@@ -80,8 +80,8 @@ class SqliteStore final : public CommonStore<SqliteStore> {
 
 extern template class CommonStore<SqliteStore>;
 
-// Inserts a queued job, for the jobs and the batches. `work`: BatchItem::work. false: there is a job of that id or that
+// Inserts a job, for the jobs and the batches. `work`: BatchItem::work. false: there is a job of that id or that
 // idempotency key already.
-bool insert_row(Connection& connection, const NewJob& job, const std::string& work);
+bool insert_row(Connection& connection, const Job& job, const std::string& work);
 
 }  // namespace meshgauge::server::store
