@@ -12,14 +12,21 @@
 #include "server/store/listings.h"
 #include "server/store/mesh_index.h"
 #include "server/store/rows.h"
+#include "server/store/signals.h"
 #include "server/store/write_behind.h"
 
 namespace meshgauge::server::store {
 
+// One database: all that it stores, and the signals of its changes.
+class Database : public JobStore, public BatchStore, public MeshIndex, public Listings {
+ public:
+  virtual Signals& signals() = 0;
+};
+
 // `Self`: the store of one database, which derives from this class. Its `read(work)` returns the value of
 // work(connection); its `behind_` has what record() and touch_mesh() were given.
 template <class Self>
-class CommonStore : public JobStore, public BatchStore, public MeshIndex, public Listings {
+class CommonStore : public Database {
  public:
   void record(Job ended) override { self().behind_.record(std::move(ended)); }
   Result<Done> flush() override { return self().behind_.flush(); }

@@ -30,7 +30,7 @@ class SqliteStore final : public CommonStore<SqliteStore> {
   static Result<std::unique_ptr<SqliteStore>> open(const SqliteSettings& settings);
   ~SqliteStore() override = default;  // writes what record() was given, if it can be written
 
-  Signals& signals() { return signals_; }
+  Signals& signals() override { return signals_; }
 
   Result<Inserted> insert(const NewJob& job) override;
   Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,

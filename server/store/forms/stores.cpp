@@ -1,5 +1,7 @@
 #include "server/store/forms/stores.h"
 
+#include "server/store/blob_cache.h"
+#include "server/store/file_blobs.h"
 #include "server/store/postgres/pg_blobs.h"
 #include "server/store/postgres/shared_reservations.h"
 #include "server/store/s3/s3_blobs.h"
@@ -32,7 +34,7 @@ Result<std::unique_ptr<EmbeddedStores>> EmbeddedStores::open(const EmbeddedSetti
     store = SqliteStore::open(sqlite);
   }
   if (!store) return store.error();
-  stores->store_ = std::move(*store);
+  stores->database_ = std::move(*store);
   stores->reserve_.restore();  // a later write tries again
   return stores;
 }
@@ -45,8 +47,9 @@ Result<std::unique_ptr<DistributedStores>> DistributedStores::open(const Distrib
       PostgresStore::open({settings.database, settings.max_connections, settings.call_timeout, settings.duty_grace,
                            settings.max_unrecorded, settings.report});
   if (!store) return store.error();
-  stores->store_ = std::move(*store);
-  Result<std::unique_ptr<RemoteBlobs>> remote = remote_blobs(settings, *stores->store_);
+  PostgresStore& database = **store;
+  stores->database_ = std::move(*store);
+  Result<std::unique_ptr<RemoteBlobs>> remote = remote_blobs(settings, database);
   if (!remote) return remote.error();
   Result<std::unique_ptr<BlobCache>> cache =
       BlobCache::open(stores->data_folder() + "/cache", settings.blob_cache_bytes);

@@ -31,7 +31,7 @@ class PostgresStore final : public CommonStore<PostgresStore> {
   static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
   ~PostgresStore() override = default;  // writes what record() was given, if it can be written
 
-  Signals& signals() { return control_; }
+  Signals& signals() override { return control_; }
   PgPool& pool() { return pool_; }
 
   Result<Inserted> insert(const NewJob& job) override;

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "implementations.h"
+#include "server/store/file_blobs.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
