@@ -300,9 +300,7 @@ Result<std::string> Batches::document(const store::Batch& batch) {
 void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
   auto json = document(batch);
   if (!json) return answer(exchange, api::to_problem(json.error()));
-  exchange.response.status = status;
-  exchange.response.content_type = "application/json";
-  exchange.response.body = std::move(*json);
+  answer_with(exchange, std::move(*json), status);
 }
 
 // With Prefer: wait the answer is sent when another comparison has ended. A client for which there is no place waits by
@@ -356,20 +354,9 @@ void Batches::end(Exchange& exchange, const store::JobKey& key) {
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }
 
-// For responses that occupy a connection for long. null: the exchange is answered.
-std::shared_ptr<const void> Batches::take_place(Exchange& exchange) {
-  if (exchange.head.minor_version == 0) {
-    answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1"});
-    return nullptr;
-  }
-  auto place = watchers_.take(exchange.owner);
-  if (!place) answer(exchange, too_many_watchers(settings_));
-  return place;
-}
-
 void Batches::events(Exchange& exchange) {
   if (!find(exchange)) return;
-  const auto place = take_place(exchange);
+  const auto place = take_place(exchange, watchers_, settings_);
   if (!place) return;
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
@@ -406,7 +393,7 @@ void Batches::throw_if_deleted(const store::JobKey& key) {
 // Reads the rows in pages, so that a batch of any size takes the memory of one page.
 void Batches::stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                           std::string tail) {
-  const auto place = take_place(exchange);
+  const auto place = take_place(exchange, watchers_, settings_);
   if (!place) return;
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;

@@ -292,9 +292,7 @@ void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Term
 
 void Comparisons::accept(Exchange& exchange, const JobView& job, const Terms& terms) const {
   add_headers(exchange, job, terms);
-  exchange.response.status = 202;
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(job);
+  answer_with(exchange, to_json(job), 202);
 }
 
 void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& terms) const {
@@ -307,21 +305,18 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& t
                           terms.durable ? "the service is shutting down; the comparison is stored and runs later"
                                         : "the service is shutting down; send the request again"});
   }
-  Response& response = exchange.response;
   exchange.stages = job.stages;
   exchange.triangles = job.triangles;
   if (job.row.document.empty()) return answer_stored(exchange, job.row);
-  response.content_type = "application/json";
-  response.body = result_json(job.row);
-  if (!job.timing.empty()) response.headers.emplace_back("Server-Timing", job.timing);
+  answer_with(exchange, result_json(job.row));
+  if (!job.timing.empty()) exchange.response.headers.emplace_back("Server-Timing", job.timing);
 }
 
 void Comparisons::get(Exchange& exchange) {
   const auto job = jobs_.get(job_key_of(exchange));
   if (!job) return answer(exchange, api::to_problem(job.error()));
   if (!*job) return answer(exchange, not_found("comparison"));
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(**job);
+  answer_with(exchange, to_json(**job));
 }
 
 void Comparisons::remove(Exchange& exchange) {
@@ -343,11 +338,8 @@ void Comparisons::events(Exchange& exchange) {
   const auto first = jobs_.get(key);
   if (!first) return answer(exchange, api::to_problem(first.error()));
   if (!*first) return answer(exchange, not_found("comparison"));
-  if (exchange.head.minor_version == 0) {
-    return answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1"});
-  }
-  const auto place = watchers_.take(exchange.owner);
-  if (!place) return answer(exchange, too_many_watchers(settings_));
+  const auto place = take_place(exchange, watchers_, settings_);
+  if (!place) return;
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
@@ -395,8 +387,7 @@ void read_options(Exchange& exchange, const Settings& settings) {
                        if (lost) return answer(exchange, *lost);
                        const auto request = api::parse_options(*text, limits);
                        if (!request) return answer(exchange, api::to_problem(request.error()));
-                       exchange.response.content_type = "application/json";
-                       exchange.response.body = api::json_of(*request).dump();
+                       answer_with(exchange, api::json_of(*request).dump());
                      });
 }
 

@@ -116,8 +116,7 @@ void Listings::list(Exchange& exchange, const char* name, List<Row> of,
   Json json{{name, Json::array()}, {"next", nullptr}, {"used", std::move(*sums)}};
   for (const Row& row : *rows) json[name].push_back(json_of_row(row));
   if (more) json["next"] = text_of({rows->back().created, rows->back().key.id});
-  exchange.response.content_type = "application/json";
-  exchange.response.body = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  answer_with(exchange, json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 void Listings::meshes(Exchange& exchange) {

@@ -131,9 +131,7 @@ void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload)
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (row->what == store::MeshPut::over_quota) return answer(exchange, over_quota(settings_.max_stored_bytes));
   if (row->what == store::MeshPut::too_many) return answer(exchange, too_many_meshes(settings_.max_stored_meshes));
-  exchange.response.status = row->what == store::MeshPut::created ? 201 : 200;
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(row->row);
+  answer_with(exchange, to_json(row->row), row->what == store::MeshPut::created ? 201 : 200);
   exchange.response.headers.emplace_back("Location", "/v1/meshes/" + key.id);
 }
 
@@ -147,8 +145,7 @@ void Meshes::get(Exchange& exchange) {
   const auto row = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (!*row) return answer(exchange, not_found("mesh"));
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(**row);
+  answer_with(exchange, to_json(**row));
 }
 
 void Meshes::remove(Exchange& exchange) {

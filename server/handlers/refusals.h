@@ -1,11 +1,13 @@
 // Problems that several handlers answer with.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "api/base/problem.h"
+#include "server/http/connection_limit.h"
 #include "server/http/exchange.h"
 #include "server/settings/settings.h"
 
@@ -29,6 +31,9 @@ inline api::Problem too_many_watchers(const Settings& settings) {
           "too many clients follow events or wait (limit " + std::to_string(settings.max_event_streams) +
               "); retry in a moment"};
 }
+
+// Takes a place for a response that streams. Null: there is none, and the exchange is answered.
+std::shared_ptr<const void> take_place(Exchange& exchange, ConnectionLimit& watchers, const Settings& settings);
 
 // Recognises a field of a form that holds the name of a file in place of the file: `curl -F a=part.stl` without the
 // '@'. Returns the problem of a field whose content is one line of text that ends as the name of a file does, or begins

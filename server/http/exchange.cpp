@@ -83,7 +83,11 @@ std::vector<std::pair<std::string, std::string>> trace_headers(const Trace& trac
   return headers;
 }
 
-void answer(Exchange& exchange, const api::Problem& problem) { answer(exchange, problem, std::chrono::seconds(1)); }
+void answer_with(Exchange& exchange, std::string document, int status, const char* type) {
+  exchange.response.status = status;
+  exchange.response.content_type = type;
+  exchange.response.body = std::move(document);
+}
 
 void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after) {
   answer(exchange, document_of(problem), retry_after);

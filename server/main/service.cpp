@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kServiceTick{50};
 
-void send(Exchange& exchange, std::string text, const char* type) {
-  exchange.response.content_type = type;
-  exchange.response.body = std::move(text);
-}
-
 // Cached maps leave map_cache_room_bytes free on the disk, for uploads and results.
 MapCache::Settings map_settings(const Settings& settings, const std::string& data_folder) {
   const std::string folder = data_folder + "/maps";
@@ -79,7 +74,7 @@ void Service::add_page_routes() {
   for (const char* page : {"/b/{}", "/c/{}"}) add(page, show_permanent_link);
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
-  add("/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  add("/openapi.yaml", [](Exchange& e) { answer_with(e, std::string(openapi_yaml()), 200, "application/yaml"); });
   add("/docs", show_reference);
   add("/docs/{}", send_reference_file);
 }
