@@ -20,7 +20,7 @@
 
 namespace meshgauge::server {
 
-// A mesh file that was uploaded with a batch.
+// A mesh of a batch: a file that was uploaded with it, or a stored mesh.
 struct BatchFile {
   std::string id;  // its SHA-256
   std::uint64_t bytes = 0;

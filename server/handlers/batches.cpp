@@ -56,25 +56,14 @@ struct BatchHead {
   store::TimePoint expires_if_never_run{};
 };
 
-// What a job's row says of a mesh.
-struct Named {
-  std::string id;
-  std::uint64_t bytes = 0;
-  std::string file_name;
-  std::string media_type;
-};
-
 class NamedMeshes {
  public:
   NamedMeshes(const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known) : files_(files) {
     for (const store::MeshRow& row : known) rows_.emplace(row.key.id, &row);
   }
 
-  Named operator()(const api::BatchMesh& mesh) const {
-    if (!mesh.part.empty()) {
-      const BatchFile& file = files_.at(mesh.part);
-      return {file.id, file.bytes, file.file_name, file.media_type};
-    }
+  BatchFile operator()(const api::BatchMesh& mesh) const {
+    if (!mesh.part.empty()) return files_.at(mesh.part);
     const auto found = rows_.find(mesh.id);
     if (found == rows_.end()) return {mesh.id, 0, "", ""};
     const store::MeshRow& row = *found->second;
@@ -86,12 +75,12 @@ class NamedMeshes {
   std::unordered_map<std::string, const store::MeshRow*> rows_;
 };
 
-MeshSource source_of(const std::string& part, const Named& mesh) {
+MeshSource source_of(const std::string& part, const BatchFile& mesh) {
   return {{part, {}, mesh.file_name, mesh.media_type, -1}, nullptr, mesh.id, {}};
 }
 
-store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, const std::string& options, const Named& a,
-                         const Named& b) {
+store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, const std::string& options,
+                         const BatchFile& a, const BatchFile& b) {
   store::BatchItem item;
   item.name = pair.name;
   store::NewJob& job = item.job;
