@@ -337,8 +337,7 @@ void Batches::remove(Exchange& exchange) {
 void Batches::cancel(Exchange& exchange) { end(exchange, key_of(exchange)); }
 
 void Batches::end(Exchange& exchange, const store::JobKey& key) {
-  const auto now = stores_.jobs.time();
-  const auto cancelled = batches_.cancel_batch(key, {now, now + kept_});
+  const auto cancelled = batches_.cancel_batch(key, stores_.jobs.moment(kept_));
   if (!cancelled) return answer(exchange, api::to_problem(cancelled.error()));
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }

@@ -117,9 +117,8 @@ Jobs::~Jobs() {
 // Requeues all jobs that were running when the last process ended, whatever their worker.
 Result<Done> Jobs::recover() {
   if (!worker_) return Done{};
-  const auto now = stores_.jobs.time();
-  const auto rows =
-      stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
+  const auto rows = stores_.jobs.recover("", "the service ended while it ran",
+                                         stores_.jobs.moment(seconds(settings_.result_ttl_s)));
   if (!rows) return rows.error();
   for (const store::Job& row : *rows) {
     watcher_.adopt(row, scheduler_.admit_again(client_of(row)), access_.adopt_job(row.key.owner));
@@ -374,8 +373,7 @@ Result<bool> Jobs::cancel(const store::Job& row) {
   if (const auto unstored = watcher_.unstored(row.key)) {
     unstored->cancel();
   } else {
-    const auto now = stores_.jobs.time();
-    const auto state = stores_.jobs.request_cancel(row.key, {now, now + seconds(settings_.result_ttl_s)});
+    const auto state = stores_.jobs.request_cancel(row.key, stores_.jobs.moment(seconds(settings_.result_ttl_s)));
     if (!state) return state.error();
     if (!*state) return false;
     if (**state == JobState::cancelled) {

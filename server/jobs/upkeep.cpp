@@ -137,10 +137,7 @@ void Upkeep::tick() try {
   log_event("store", std::string("a sweep failed and will be repeated: ") + error.what());
 }
 
-store::Moment Upkeep::moment() const {
-  const auto now = stores_.jobs.time();
-  return {now, now + seconds(settings_.result_ttl_s)};
-}
+store::Moment Upkeep::moment() const { return stores_.jobs.moment(seconds(settings_.result_ttl_s)); }
 
 milliseconds Upkeep::sweep_interval() const {
   return std::min({kSweepInterval, seconds(settings_.result_ttl_s), seconds(settings_.mesh_ttl_s)});

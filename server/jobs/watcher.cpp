@@ -248,8 +248,7 @@ void Watcher::cancel_left() {
 
 // false: the store did not take the request.
 bool Watcher::cancelled(LiveJob& job) {
-  const auto now = jobs_.time();
-  const auto state = jobs_.request_cancel(job.key, {now, now + keep_});
+  const auto state = jobs_.request_cancel(job.key, jobs_.moment(keep_));
   store_errors_.note(state);
   if (!state) return false;
   if (*state == JobState::cancelled) metrics_.job_cancelled_early(job.request.options.strategy);
