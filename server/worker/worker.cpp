@@ -274,8 +274,7 @@ void Worker::claim(const Claim& what) {
 
 bool Worker::take_back_unsure() {
   while (!unsure_.empty()) {
-    const auto back =
-        stores_.jobs.recover(unsure_.back(), "", stores_.jobs.moment(seconds(settings_.result_ttl_s)));
+    const auto back = stores_.jobs.recover(unsure_.back(), "", stores_.jobs.moment(seconds(settings_.result_ttl_s)));
     store_errors_.note(back);
     if (!back) return false;
     unsure_.pop_back();
