@@ -226,12 +226,10 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
 // Stores an upload; a mesh that was stored before must still exist.
 std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource& source) {
   if (!source.kept) {
-    const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
-    store_errors_.note(put);
+    const auto put = store_errors_.noted(stores_.blobs.put({owner, source.id}, source.input.bytes));
     return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error())});
   }
-  const auto renewed = stores_.blobs.renew({owner, source.id});
-  store_errors_.note(renewed);
+  const auto renewed = store_errors_.noted(stores_.blobs.renew({owner, source.id}));
   if (!renewed) return Denial{api::to_problem(renewed.error())};
   if (*renewed) return std::nullopt;
   return Denial{{ProblemKind::unknown_mesh,
@@ -240,11 +238,7 @@ std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource
 
 // Counts the owner's jobs in the store: other front ends accept jobs of this owner, too.
 Access::CountJobs Jobs::unended_of(const std::string& owner) {
-  return [this, owner] {
-    auto unended = stores_.jobs.unended(owner, stores_.jobs.time());
-    store_errors_.note(unended);
-    return unended;
-  };
+  return [this, owner] { return store_errors_.noted(stores_.jobs.unended(owner, stores_.jobs.time())); };
 }
 
 // A request over the limit may repeat one that was stored meanwhile: then its job is the answer.

@@ -46,8 +46,7 @@ void StoreQueue::poll() {
     const std::lock_guard lock(mutex_);
     before = added_;
   }
-  const auto counts = jobs_.counts();
-  store_errors_.note(counts);
+  const auto counts = store_errors_.noted(jobs_.counts());
   const std::lock_guard lock(mutex_);
   if (!counts) {
     error_ = counts.error();

@@ -69,8 +69,7 @@ bool SweepGuard::clock_is_steady() {
 }
 
 bool SweepGuard::may_remove(const store::UnusedBlobs& unused, std::chrono::seconds older_than) {
-  const auto origin = stores_.jobs.origin();
-  store_errors_.note(origin);
+  const auto origin = store_errors_.noted(stores_.jobs.origin());
   if (!origin || has_grace(unused, older_than, *origin)) return false;
   next_line_.reset();
   if (!origin->doubted) return true;
@@ -100,11 +99,9 @@ bool SweepGuard::has_grace(const store::UnusedBlobs& unused, std::chrono::second
 
 // Many that ended jobs have used are no reason for doubt.
 bool SweepGuard::are_unknown(std::chrono::seconds older_than) {
-  const auto known = stores_.jobs.known_blobs();
-  store_errors_.note(known);
+  const auto known = store_errors_.noted(stores_.jobs.known_blobs());
   if (!known) return true;
-  const auto unknown = stores_.blobs.count_unused(*known, older_than);
-  store_errors_.note(unknown);
+  const auto unknown = store_errors_.noted(stores_.blobs.count_unused(*known, older_than));
   return !unknown || unknown->number >= kMostUnknown;
 }
 
@@ -153,8 +150,7 @@ void Upkeep::sweep_rows() {
     store_errors_.note(stores_.batches->sweep_batches(stores_.jobs.time() - seconds(settings_.result_ttl_s)));
   }
   store_errors_.note(stores_.jobs.sweep_jobs(moment(), settings_.max_kept_results));
-  const auto expired = stores_.meshes.sweep_meshes(stores_.jobs.time());
-  store_errors_.note(expired);
+  const auto expired = store_errors_.noted(stores_.meshes.sweep_meshes(stores_.jobs.time()));
   if (!expired) return;
   for (const store::BlobKey& mesh : *expired) unneeded_.add(mesh);
 }
@@ -171,11 +167,9 @@ void Upkeep::sweep_maps() {
 
 void Upkeep::sweep_blobs() {
   const seconds age = stores_.shared ? kUnusedSharedBlobs : kUnusedBlobs;
-  const auto used = stores_.jobs.used_blobs();
-  store_errors_.note(used);
+  const auto used = store_errors_.noted(stores_.jobs.used_blobs());
   if (!used) return;
-  const auto unused = stores_.blobs.count_unused(*used, age);
-  store_errors_.note(unused);
+  const auto unused = store_errors_.noted(stores_.blobs.count_unused(*used, age));
   if (unused && guard_.may_remove(*unused, age)) store_errors_.note(stores_.blobs.remove_unused(*used, age));
 }
 

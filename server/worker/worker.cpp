@@ -360,8 +360,7 @@ void Worker::open(const HeldJobPtr& job) {
 // Whether its meshes are worth caching is optional: that error is only noted.
 std::optional<Error> Worker::look_up(LiveJob& job) {
   store_errors_.note(recognise_meshes(job, stores_.meshes));
-  const auto opened = open_blobs(job, stores_.blobs);
-  store_errors_.note(opened);
+  const auto opened = store_errors_.noted(open_blobs(job, stores_.blobs));
   return opened ? std::nullopt : std::optional(opened.error());
 }
 
