@@ -61,8 +61,6 @@ class Service {
   void add_listing_routes();
 
   void watch_levels();
-  std::uint64_t free_bytes() const;
-  std::uint64_t stored_bytes() const;
   void check_ready(Exchange& exchange);
 
   const Settings settings_;
