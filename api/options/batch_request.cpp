@@ -9,6 +9,7 @@
 
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/base/utf8.h"
 
 namespace meshgauge::api {
@@ -165,10 +166,7 @@ class BatchReader {
 
 }  // namespace
 
-bool is_mesh_id(std::string_view text) {
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
+bool is_mesh_id(std::string_view text) { return is_lower_hex(text, 64); }
 
 Result<StoredPair> parse_stored_pair(std::string_view json) {
   const std::string document = "body";

@@ -12,6 +12,7 @@
 #include "api/base/digest.h"
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/base/utc.h"
 #include "api/base/whole_file.h"
 #include "server/http/text.h"
@@ -42,10 +43,7 @@ Result<Done> read_id(const JsonValue& value, const std::string& pointer, Key& ke
 }
 
 bool is_digest(const JsonValue& value) {
-  if (!value.is_string()) return false;
-  const auto& text = value.get_ref<const std::string&>();
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f'); });
+  return value.is_string() && api::is_lower_hex(value.get_ref<const std::string&>(), 64);
 }
 
 Result<Done> read_sha256(const JsonValue& value, const std::string& pointer, Key& key) {

@@ -16,7 +16,6 @@ namespace meshgauge::server::store {
 namespace {
 
 constexpr const char* kAlgorithm = "AWS4-HMAC-SHA256";
-constexpr const char* kLowerHex = "0123456789abcdef";
 constexpr const char* kUpperHex = "0123456789ABCDEF";
 
 std::string hmac(std::string_view key, std::string_view text) {
@@ -28,16 +27,6 @@ std::string hmac(std::string_view key, std::string_view text) {
     throw std::runtime_error("the cryptographic library has no HMAC");
   }
   return {reinterpret_cast<const char*>(digest.data()), size};
-}
-
-std::string hex(std::string_view bytes) {
-  std::string text;
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    text += kLowerHex[byte >> 4];
-    text += kLowerHex[byte & 15];
-  }
-  return text;
 }
 
 std::string sha256(std::string_view text) { return api::sha256_hex(std::as_bytes(std::span(text))); }
@@ -108,9 +97,10 @@ NamedTexts signed_headers(const UnsignedRequest& request, const S3Credentials& c
   const std::string scope = day + "/" + region + "/s3/aws4_request";
   const std::string to_sign =
       std::string(kAlgorithm) + "\n" + date + "\n" + scope + "\n" + sha256(canonical_request(request, with_host));
+  const std::string signature = hmac(signing_key(credentials.secret_key, day, region), to_sign);
   headers.emplace_back("authorization", std::string(kAlgorithm) + " Credential=" + credentials.access_key + "/" +
                                             scope + ",SignedHeaders=" + names_of(with_host) + ",Signature=" +
-                                            hex(hmac(signing_key(credentials.secret_key, day, region), to_sign)));
+                                            api::to_hex(std::as_bytes(std::span(signature))));
   return headers;
 }
 
