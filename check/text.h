@@ -16,6 +16,7 @@ using api::in_bytes;
 using api::in_time;
 using api::in_words;
 using api::IntervalText;
+using api::percent_encoded;
 using api::shortest;
 using api::to_digits;
 using api::to_digits_above;
@@ -25,8 +26,5 @@ using api::trimmed;
 
 // Rounds to `digits` significant digits, for tables.
 std::string rounded(double x, int digits = 6);
-
-// Percent-encodes every byte except letters, digits and those in `kept` (RFC 3986).
-std::string percent_encoded(std::string_view bytes, std::string_view kept);
 
 }  // namespace meshgauge::check

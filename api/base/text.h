@@ -132,4 +132,7 @@ std::string listed(const Words& words, std::string_view before_last = ", ") {
 std::string printable(std::string_view text, std::size_t longest);
 std::string in_quotes(std::string_view text);
 
+// Percent-encodes every byte except letters, digits and those in `kept` (RFC 3986).
+std::string percent_encoded(std::string_view bytes, std::string_view kept);
+
 }  // namespace meshgauge::api

@@ -10,13 +10,13 @@
 #include <stdexcept>
 
 #include "api/base/digest.h"
+#include "api/base/text.h"
 #include "api/base/utc.h"
 
 namespace meshgauge::server::store {
 namespace {
 
 constexpr const char* kAlgorithm = "AWS4-HMAC-SHA256";
-constexpr const char* kUpperHex = "0123456789ABCDEF";
 
 std::string hmac(std::string_view key, std::string_view text) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
@@ -60,18 +60,7 @@ std::string signing_key(const std::string& secret, const std::string& day, const
 }  // namespace
 
 std::string uri_encoded(std::string_view text, bool keep_slashes) {
-  std::string encoded;
-  for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-                       c == '.' || c == '_' || c == '~' || (keep_slashes && c == '/');
-    const auto byte = static_cast<unsigned char>(c);
-    if (plain) {
-      encoded += c;
-    } else {
-      encoded += {'%', kUpperHex[byte >> 4], kUpperHex[byte & 15]};
-    }
-  }
-  return encoded;
+  return api::percent_encoded(text, keep_slashes ? "-._~/" : "-._~");
 }
 
 std::string canonical_query(const NamedTexts& query) {
