@@ -21,7 +21,6 @@ using api::shortest;
 using api::to_digits;
 using api::to_digits_above;
 using api::to_digits_below;
-using api::to_text;
 using api::trimmed;
 
 // Rounds to `digits` significant digits, for tables.

@@ -65,9 +65,7 @@ class BatchReader {
     if (!json.is_object()) return invalid(pointer, name + " must be an object, not " + shown(json));
     for (const auto& [key, member] : json.items()) {
       if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-      std::string list;
-      for (const char* one : known) list.append(list.empty() ? "" : ", ").append(one);
-      return invalid(pointer + "/" + key, "unknown member " + shown_text(key) + "; known: " + list);
+      return invalid(pointer + "/" + key, "unknown member " + shown_text(key) + "; known: " + listed(known));
     }
     return Done{};
   }

@@ -78,12 +78,4 @@ std::optional<Enum> value_of(const Name<Enum> (&table)[N], std::string_view text
   return std::nullopt;
 }
 
-// Returns the names as "one, two, three", for messages and help texts.
-template <class Enum, std::size_t N>
-std::string list_of(const Name<Enum> (&table)[N]) {
-  std::string list;
-  for (const auto& row : table) list.append(list.empty() ? "" : ", ").append(row.text);
-  return list;
-}
-
 }  // namespace meshgauge::api

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 #include <span>
 
@@ -116,11 +117,7 @@ constexpr Field kFields[] = {
     {"expires", read_expires},
     {"disabled", read_disabled}};
 
-std::string known_fields() {
-  std::string list;
-  for (const Field& field : kFields) list.append(list.empty() ? "" : ", ").append(field.name);
-  return list;
-}
+std::string known_fields() { return api::listed(kFields | std::views::transform(&Field::name)); }
 
 Result<Key> read_key(const JsonValue& entry, const std::string& pointer) {
   if (!entry.is_object()) return wrong(pointer, "an object", entry);
