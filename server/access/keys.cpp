@@ -172,8 +172,7 @@ std::string line_of(std::string_view text, std::string_view where) {
 }
 
 bool is_token68_char(char c) {
-  return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') ||
-         std::string_view("-._~+/=").find(c) != std::string::npos;
+  return is_digit(c) || is_letter(c) || std::string_view("-._~+/=").find(c) != std::string::npos;
 }
 
 }  // namespace
@@ -199,7 +198,7 @@ Result<std::vector<Key>> load_keys(const std::string& file) {
 
 Result<Done> check_key_id(std::string_view id) {
   const bool allowed = !id.empty() && id.size() <= 64 && std::all_of(id.begin(), id.end(), [](char c) {
-    return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') || c == '-' || c == '_' || c == '.';
+    return is_digit(c) || is_letter(c) || c == '-' || c == '_' || c == '.';
   });
   if (allowed) return Done{};
   return refused("an id has 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'");

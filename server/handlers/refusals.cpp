@@ -14,8 +14,6 @@ constexpr std::size_t kMostTextBytes = 1024;
 constexpr std::size_t kMostShown = 100;
 constexpr std::size_t kMostExtension = 8;
 
-bool is_letter(char c) { return lower(c) >= 'a' && lower(c) <= 'z'; }
-
 // "part.step", but no number such as "1.5".
 bool has_extension(std::string_view word) {
   const std::size_t dot = word.rfind('.');

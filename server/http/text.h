@@ -6,15 +6,14 @@
 #include <string>
 #include <string_view>
 
+#include "api/base/text.h"
+
 namespace meshgauge::server {
 
-inline char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+using api::is_digit;
+using api::is_letter;
 
-inline std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](char c) { return lower(c); });
-  return out;
-}
+inline std::string lower(std::string_view text) { return api::lower_case(std::string(text)); }
 
 inline std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
@@ -22,10 +21,8 @@ inline std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 inline bool is_token_char(char c) {
-  if (is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z')) return true;
+  if (is_digit(c) || is_letter(c)) return true;
   return c != '\0' && std::strchr("!#$%&'*+-.^_`|~", c) != nullptr;
 }
 
