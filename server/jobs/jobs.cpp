@@ -103,7 +103,7 @@ Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& 
     watcher_.hear(signal);
     if (worker_) worker_->hear(signal);
   });
-  upkeep_thread_.emplace(upkeep_);
+  upkeep_thread_.emplace([this] { upkeep_.tick(); });
 }
 
 Jobs::~Jobs() {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "api/base/utc.h"
-#include "server/base/heap.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {
@@ -17,7 +16,6 @@ using std::chrono::milliseconds;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-constexpr seconds kTickInterval{1};
 constexpr seconds kSweepInterval{30};  // at most: what is kept for a shorter time is swept as often
 constexpr minutes kSharedListing{10};  // listing all blobs of shared stores costs many requests
 constexpr seconds kUnusedBlobs{600};   // longer than the time from a put() or renew() to the row that refers to it
@@ -171,27 +169,6 @@ void Upkeep::sweep_blobs() {
   if (!used) return;
   const auto unused = store_errors_.noted(stores_.blobs.count_unused(*used, age));
   if (unused && guard_.may_remove(*unused, age)) store_errors_.note(stores_.blobs.remove_unused(*used, age));
-}
-
-UpkeepThread::UpkeepThread(Upkeep& upkeep) : thread_([this, &upkeep] { run(upkeep); }) {}
-
-UpkeepThread::~UpkeepThread() {
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
-}
-
-void UpkeepThread::run(Upkeep& upkeep) {
-  const NeverFails never_fails;
-  std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kTickInterval, [this] { return ending_; })) {
-    lock.unlock();
-    upkeep.tick();
-    lock.lock();
-  }
 }
 
 }  // namespace meshgauge::server
