@@ -19,10 +19,10 @@ Result<std::unique_ptr<RemoteBlobs>> remote_blobs(const DistributedSettings& set
 
 }  // namespace
 
-Result<std::unique_ptr<EmbeddedStores>> EmbeddedStores::open(const EmbeddedSettings& settings) {
+Result<std::unique_ptr<AllStores>> AllStores::open_embedded(const EmbeddedSettings& settings) {
   Result<DataFolder> folder = DataFolder::open(settings.data_folder);
   if (!folder) return folder.error();
-  std::unique_ptr<EmbeddedStores> stores(new EmbeddedStores(std::move(*folder)));
+  std::unique_ptr<AllStores> stores(new AllStores(std::move(*folder), false));
   Result<std::unique_ptr<FileBlobs>> blobs = FileBlobs::open(stores->data_folder() + "/blobs", &stores->reserve_);
   if (!blobs) return blobs.error();
   stores->blobs_ = std::move(*blobs);
@@ -39,10 +39,10 @@ Result<std::unique_ptr<EmbeddedStores>> EmbeddedStores::open(const EmbeddedSetti
   return stores;
 }
 
-Result<std::unique_ptr<DistributedStores>> DistributedStores::open(const DistributedSettings& settings) {
+Result<std::unique_ptr<AllStores>> AllStores::open_distributed(const DistributedSettings& settings) {
   Result<DataFolder> folder = DataFolder::open(settings.data_folder);
   if (!folder) return folder.error();
-  std::unique_ptr<DistributedStores> stores(new DistributedStores(std::move(*folder)));
+  std::unique_ptr<AllStores> stores(new AllStores(std::move(*folder), true));
   Result<std::unique_ptr<PostgresStore>> store =
       PostgresStore::open({settings.database, settings.max_connections, settings.call_timeout, settings.duty_grace,
                            settings.max_unrecorded, settings.report});

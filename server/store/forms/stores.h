@@ -22,46 +22,15 @@
 
 namespace meshgauge::server::store {
 
-class AllStores {
- public:
-  virtual ~AllStores() = default;
-
-  JobStore& jobs() { return *database_; }
-  MeshIndex& meshes() { return *database_; }
-  BatchStore& batches() { return *database_; }
-  Listings& listings() { return *database_; }
-  BlobStore& blobs() { return *blobs_; }
-  Signals& signals() { return database_->signals(); }
-  bool shared() const { return shared_; }  // other processes use these stores, too
-  const std::string& data_folder() const { return folder_.path(); }
-
- protected:
-  AllStores(DataFolder folder, bool shared)
-      : shared_(shared), folder_(std::move(folder)), reserve_(folder_.path() + "/reserve") {}
-
-  const bool shared_;
-  DataFolder folder_;  // holds the lock, so it is destroyed last
-  Reserve reserve_;    // of the embedded form
-  std::unique_ptr<Database> database_;
-  std::unique_ptr<BlobStore> blobs_;  // may use the database's connections
-};
-
+// The form on this machine: a folder with a database and files.
 struct EmbeddedSettings {
   std::string data_folder;
   std::size_t max_unrecorded = 10'000;  // records that are held while they cannot be written
   Report report = {};                   // gets a line when an older schema was migrated
 };
 
-// The stores of one machine: a folder with a database and files.
-class EmbeddedStores final : public AllStores {
- public:
-  static Result<std::unique_ptr<EmbeddedStores>> open(const EmbeddedSettings& settings);
-
- private:
-  explicit EmbeddedStores(DataFolder folder) : AllStores(std::move(folder), false) {}
-};
-
-// The settings of the same names (server/settings/settings.h).
+// The form that several machines share: jobs, results and meshes' rows in PostgreSQL; blobs in S3 or in PostgreSQL,
+// with a cache of files on each machine. The settings of the same names (server/settings/settings.h).
 struct DistributedSettings {
   std::string database;
   std::string blobs;  // "": in the database; or s3://BUCKET/PREFIX
@@ -77,14 +46,29 @@ struct DistributedSettings {
   Report report = {};                            // gets lines about outages of the database and of S3
 };
 
-// The stores that several machines share: jobs, results and meshes' rows in PostgreSQL; blobs in S3 or in PostgreSQL,
-// with a cache of files on each machine.
-class DistributedStores final : public AllStores {
+class AllStores {
  public:
-  static Result<std::unique_ptr<DistributedStores>> open(const DistributedSettings& settings);
+  static Result<std::unique_ptr<AllStores>> open_embedded(const EmbeddedSettings& settings);
+  static Result<std::unique_ptr<AllStores>> open_distributed(const DistributedSettings& settings);
+
+  JobStore& jobs() { return *database_; }
+  MeshIndex& meshes() { return *database_; }
+  BatchStore& batches() { return *database_; }
+  Listings& listings() { return *database_; }
+  BlobStore& blobs() { return *blobs_; }
+  Signals& signals() { return database_->signals(); }
+  bool shared() const { return shared_; }  // other processes use these stores, too
+  const std::string& data_folder() const { return folder_.path(); }
 
  private:
-  explicit DistributedStores(DataFolder folder) : AllStores(std::move(folder), true) {}
+  AllStores(DataFolder folder, bool shared)
+      : shared_(shared), folder_(std::move(folder)), reserve_(folder_.path() + "/reserve") {}
+
+  const bool shared_;
+  DataFolder folder_;  // holds the lock, so it is destroyed last
+  Reserve reserve_;    // of the embedded form
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<BlobStore> blobs_;  // may use the database's connections
 };
 
 }  // namespace meshgauge::server::store
