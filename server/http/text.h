@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "api/base/text.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::server {
 
@@ -32,10 +33,7 @@ inline bool is_token(std::string_view text) {
 
 // True: visible ASCII, space, tab and bytes beyond ASCII only. A control character could end a line for another parser.
 inline bool is_field_text(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) {
-    const auto byte = static_cast<unsigned char>(c);
-    return byte == '\t' || (byte >= 0x20 && byte != 0x7f);
-  });
+  return std::all_of(text.begin(), text.end(), [](char c) { return c == '\t' || !is_control(c); });
 }
 
 // Removes the text before the first `separator`, and the separator, from `rest`; returns that text. Without a
