@@ -1,9 +1,7 @@
 // Numbers and points as text for people.
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "api/base/figures.h"
 #include "api/base/text.h"

@@ -8,7 +8,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "server/access/access.h"
 #include "server/handlers/batch_receiver.h"
