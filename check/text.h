@@ -5,7 +5,6 @@
 
 #include "api/base/figures.h"
 #include "api/base/text.h"
-#include "engine/mesh.h"
 
 namespace meshgauge::check {
 

@@ -5,7 +5,6 @@
 #include "api/base/digest.h"
 #include "api/base/problem.h"
 #include "api/options/batch_request.h"
-#include "api/options/request.h"
 #include "server/access/entrance.h"
 #include "server/http/head_values.h"
 #include "server/measure/job_document.h"

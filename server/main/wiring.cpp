@@ -9,7 +9,7 @@
 
 #include "api/base/digest.h"
 #include "api/base/refused.h"
-#include "api/compare/compare.h"
+#include "api/compare/prepared_mesh.h"
 #include "server/base/heap.h"
 #include "server/http/upload.h"
 #include "server/observe/log.h"
