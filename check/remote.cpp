@@ -79,22 +79,6 @@ class Together {
  private:
   using Places = std::vector<std::size_t>;  // indices of gates
 
-  // Reports one batch, of the gates in `places`.
-  class OneBatch final : public Batch::Listener {
-   public:
-    OneBatch(Together& all, const Places& places) : all_(all), places_(places) {}
-
-    void begun(const std::string& view) override {
-      const Shared& shared = all_.shared_;
-      if (shared.batch_begun) shared.batch_begun(link_to(shared.client.base(), view));
-    }
-    void ended(std::size_t place, End end) override { all_.tell(places_[place], std::move(end)); }
-
-   private:
-    Together& all_;
-    const Places& places_;
-  };
-
   // Returns the gates whose meshes are stored; the others have ended.
   Places sent(const Places& places) {
     const std::lock_guard lock(shared_.sending);
@@ -130,8 +114,11 @@ class Together {
       pairs.back()->report({0, Progress{}.upper, "queue"});
     }
     Control& control = *tasks_[places.front()].control;
-    OneBatch listener(*this, places);
-    return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, listener).measure();
+    const auto begun = [this](const std::string& view) {
+      if (shared_.batch_begun) shared_.batch_begun(link_to(shared_.client.base(), view));
+    };
+    const auto ended = [&](std::size_t place, End end) { tell(places[place], std::move(end)); };
+    return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, {begun, ended}).measure();
   }
 
   // Submits the halves of a refused batch.

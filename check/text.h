@@ -1,13 +1,10 @@
 // Numbers and points as text for people.
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "api/base/figures.h"
 #include "api/base/text.h"
-#include "engine/mesh.h"
 
 namespace meshgauge::check {
 
@@ -16,17 +13,14 @@ using api::in_bytes;
 using api::in_time;
 using api::in_words;
 using api::IntervalText;
+using api::percent_encoded;
 using api::shortest;
 using api::to_digits;
 using api::to_digits_above;
 using api::to_digits_below;
-using api::to_text;
 using api::trimmed;
 
 // Rounds to `digits` significant digits, for tables.
 std::string rounded(double x, int digits = 6);
-
-// Percent-encodes every byte except letters, digits and those in `kept` (RFC 3986).
-std::string percent_encoded(std::string_view bytes, std::string_view kept);
 
 }  // namespace meshgauge::check

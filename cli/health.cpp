@@ -24,10 +24,7 @@ httplib::Result ask(const server::Settings& settings, bool tls) {
 }
 
 int run(const Result<server::Settings>& settings, bool https) {
-  if (!settings) {
-    std::fprintf(stderr, "meshgauge: %s\n", settings.error().message.c_str());
-    return kExitError;
-  }
+  if (!settings) return fail(settings.error());
   const auto response = ask(*settings, https || !settings->tls_certificate.empty());
   if (response && response->status == 200) return kExitResult;
   const std::string what = response ? "answers /healthz with status " + std::to_string(response->status)

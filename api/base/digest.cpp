@@ -10,17 +10,6 @@
 namespace meshgauge::api {
 namespace {
 
-std::string to_hex(std::span<const unsigned char> bytes) {
-  static constexpr char kDigits[] = "0123456789abcdef";
-  std::string out;
-  out.reserve(2 * bytes.size());
-  for (const unsigned char byte : bytes) {
-    out += kDigits[byte >> 4];
-    out += kDigits[byte & 15];
-  }
-  return out;
-}
-
 // OpenSSL fails where memory is missing: waits for it, or throws, as operator new does.
 template <class Call>
 void until_it_succeeds(Call call) {
@@ -32,6 +21,17 @@ void until_it_succeeds(Call call) {
 }
 
 }  // namespace
+
+std::string to_hex(std::span<const std::byte> bytes) {
+  static constexpr char kDigits[] = "0123456789abcdef";
+  std::string out;
+  out.reserve(2 * bytes.size());
+  for (const std::byte byte : bytes) {
+    out += kDigits[std::to_integer<unsigned>(byte >> 4)];
+    out += kDigits[std::to_integer<unsigned>(byte & std::byte{15})];
+  }
+  return out;
+}
 
 void Sha256::Freed::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
@@ -50,7 +50,7 @@ std::string Sha256::hex() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int size = 0;
   if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1) throw std::runtime_error("SHA-256 failed");
-  return to_hex(std::span(digest).first(size));
+  return to_hex(std::as_bytes(std::span(digest).first(size)));
 }
 
 std::string sha256_hex(std::span<const std::byte> bytes) {
@@ -68,7 +68,7 @@ std::string random_id() {
     used = 0;
   }
   used += kBytes;
-  return to_hex(std::span(drawn).subspan(used - kBytes, kBytes));
+  return to_hex(std::as_bytes(std::span(drawn).subspan(used - kBytes, kBytes)));
 }
 
 void set_up_digests() {

@@ -10,6 +10,7 @@ struct evp_md_ctx_st;  // OpenSSL's EVP_MD_CTX
 
 namespace meshgauge::api {
 
+std::string to_hex(std::span<const std::byte> bytes);      // two lower-case hex digits for each
 std::string sha256_hex(std::span<const std::byte> bytes);  // 64 lower-case hex digits
 
 // Computes SHA-256 over pieces of data. The constructor throws std::bad_alloc when OpenSSL provides none.

@@ -78,7 +78,7 @@ int Problem::status() const { return row_of(kind).status; }
 std::string Problem::type() const { return "urn:meshgauge:problem:" + std::string(row_of(kind).slug); }
 
 Problem to_problem(const Error& error) {
-  Problem problem{kind_of(error.code), error.message, {}};
+  Problem problem{kind_of(error.code), error.message};
   if (!error.part.empty() || !error.where.empty()) problem.errors = {{error.part, error.where, error.message}};
   for (const Error& other : error.others) problem.errors.push_back({other.part, other.where, other.message});
   return problem;

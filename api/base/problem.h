@@ -77,7 +77,7 @@ struct ProblemItem {
 struct Problem {
   ProblemKind kind = ProblemKind::internal;
   std::string detail;
-  std::vector<ProblemItem> errors;
+  std::vector<ProblemItem> errors{};
 
   int status() const;
   std::string type() const;
@@ -86,11 +86,11 @@ struct Problem {
 Problem to_problem(const Error& error);
 
 // Returns the problem of a request that cannot be parsed.
-inline Problem malformed(std::string what) { return {ProblemKind::malformed_request, std::move(what), {}}; }
+inline Problem malformed(std::string what) { return {ProblemKind::malformed_request, std::move(what)}; }
 
 // Returns the problem of a path whose id no resource has. `kind`: the noun of the resource.
 inline Problem not_found(const std::string& kind) {
-  return {ProblemKind::not_found, "no " + kind + " has this id, or it is no longer stored", {}};
+  return {ProblemKind::not_found, "no " + kind + " has this id, or it is no longer stored"};
 }
 
 // Serialises a problem. Invalid UTF-8 in its strings becomes U+FFFD.

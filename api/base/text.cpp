@@ -22,4 +22,15 @@ std::string printable(std::string_view text, std::size_t longest) {
 
 std::string in_quotes(std::string_view text) { return "'" + printable(text, 32) + "'"; }
 
+std::string percent_encoded(std::string_view bytes, std::string_view kept) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string uri;
+  for (const char c : bytes) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = is_letter(c) || is_digit(c) || kept.find(c) != std::string_view::npos;
+    uri += plain ? std::string(1, c) : std::string{'%', kHex[byte >> 4U], kHex[byte & 15U]};
+  }
+  return uri;
+}
+
 }  // namespace meshgauge::api

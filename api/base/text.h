@@ -22,6 +22,11 @@ inline bool is_space(char c) { return is_blank(c) || is_newline(c) || c == '\v' 
 inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 inline bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
+// Whether the text has this many lower-case hex digits, and nothing else.
+inline bool is_lower_hex(std::string_view text, std::size_t digits) {
+  return text.size() == digits && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 inline char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 inline std::string lower_case(std::string text) {
@@ -132,5 +137,8 @@ std::string listed(const Words& words, std::string_view before_last = ", ") {
 // 32 characters into single quotes.
 std::string printable(std::string_view text, std::size_t longest);
 std::string in_quotes(std::string_view text);
+
+// Percent-encodes every byte except letters, digits and those in `kept` (RFC 3986).
+std::string percent_encoded(std::string_view bytes, std::string_view kept);
 
 }  // namespace meshgauge::api

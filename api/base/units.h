@@ -1,8 +1,6 @@
 // Units of length, and the source of a mesh's unit.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 

@@ -12,7 +12,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -73,6 +72,11 @@ struct ReadNotes {
   std::optional<Format> media_type_says;
   // Further notes, one sentence each, printable ASCII.
   std::vector<std::string> remarks;
+
+  // Adds the remark "what: count", unless the count is 0.
+  void add_remark(const std::string& what, std::size_t count) {
+    if (count != 0) remarks.push_back(what + ": " + std::to_string(count));
+  }
 };
 
 inline constexpr std::size_t kMaxRemarks = 16;

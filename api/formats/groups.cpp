@@ -1,7 +1,6 @@
 #include "api/formats/groups.h"
 
 #include <algorithm>
-#include <functional>
 #include <utility>
 
 #include "api/base/utf8.h"

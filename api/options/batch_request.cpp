@@ -9,6 +9,7 @@
 
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/base/utf8.h"
 
 namespace meshgauge::api {
@@ -64,9 +65,7 @@ class BatchReader {
     if (!json.is_object()) return invalid(pointer, name + " must be an object, not " + shown(json));
     for (const auto& [key, member] : json.items()) {
       if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-      std::string list;
-      for (const char* one : known) list.append(list.empty() ? "" : ", ").append(one);
-      return invalid(pointer + "/" + key, "unknown member " + shown_text(key) + "; known: " + list);
+      return invalid(pointer + "/" + key, "unknown member " + shown_text(key) + "; known: " + listed(known));
     }
     return Done{};
   }
@@ -165,10 +164,7 @@ class BatchReader {
 
 }  // namespace
 
-bool is_mesh_id(std::string_view text) {
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
+bool is_mesh_id(std::string_view text) { return is_lower_hex(text, 64); }
 
 Result<StoredPair> parse_stored_pair(std::string_view json) {
   const std::string document = "body";

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
-#include <string>
 #include <string_view>
 
 #include "engine/options.h"
@@ -76,14 +74,6 @@ std::optional<Enum> value_of(const Name<Enum> (&table)[N], std::string_view text
     if (row.text == text) return row.value;
   }
   return std::nullopt;
-}
-
-// Returns the names as "one, two, three", for messages and help texts.
-template <class Enum, std::size_t N>
-std::string list_of(const Name<Enum> (&table)[N]) {
-  std::string list;
-  for (const auto& row : table) list.append(list.empty() ? "" : ", ").append(row.text);
-  return list;
 }
 
 }  // namespace meshgauge::api

@@ -1,6 +1,7 @@
 #include "api/options/reading.h"
 
 #include <algorithm>
+#include <ranges>
 
 #include "api/base/json_filter.h"
 #include "api/base/suggestion.h"
@@ -12,9 +13,7 @@ namespace meshgauge::api {
 namespace {
 
 std::string joined(std::span<const Reading::Member> members) {
-  std::string list;
-  for (const Reading::Member& member : members) list.append(list.empty() ? "" : ", ").append(member.key);
-  return list;
+  return listed(members | std::views::transform(&Reading::Member::key));
 }
 
 bool is_sign_before(std::string_view text, Reading::Sign sign) {

@@ -42,6 +42,15 @@ std::optional<DistanceLimit> limit_of(const Json& document) {
   return is_old ? DistanceLimit{document.at(old).get<double>()} : shown_limit(criteria);
 }
 
+// Returns why mesh b, in words the baseline, has no sides; empty: it has, or nothing is known of it.
+std::string sides_refused(const Json& sides) {
+  const auto refused = sides.find("refused");
+  if (refused == sides.end() || refused->is_null()) return "";
+  auto why = refused->at("detail").get<std::string>();
+  if (why.starts_with("mesh b")) why.replace(0, 6, "the baseline");
+  return why;
+}
+
 ResultFacts facts_of(const Json& document, Side candidate) {
   const bool of_a = candidate == Side::a;
   ResultFacts facts;
@@ -106,14 +115,6 @@ Vec3 point_of(const Json& point) {
 double upper_of(const Json& interval) {
   const Json& upper = interval.at("upper");
   return upper.is_null() ? std::numeric_limits<double>::infinity() : upper.get<double>();
-}
-
-std::string sides_refused(const Json& sides) {
-  const auto refused = sides.find("refused");
-  if (refused == sides.end() || refused->is_null()) return "";
-  auto why = refused->at("detail").get<std::string>();
-  if (why.starts_with("mesh b")) why.replace(0, 6, "the baseline");
-  return why;
 }
 
 UnitPlan unit_plan_of(const Json& document) {

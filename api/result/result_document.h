@@ -47,7 +47,7 @@ struct ResultFacts {
   UnitPlan units;                            // of both files; `result` is the unit of every length here
   std::optional<RigidMotion> motion;         // of mesh a before it was measured, in that unit; nullopt: none
   bool sides = false;                        // whether the candidate's sides of the other mesh were asked for
-  std::string no_sides{};                    // sides_refused() of the document, if they were
+  std::string no_sides{};                    // why there are none: "the baseline is open: ..."; empty: not refused
   bool has_units = false;                    // false: written before version 0.2.0, without units
 };
 
@@ -62,10 +62,6 @@ Vec3 point_of(const nlohmann::ordered_json& point);
 // this version writes always has one: it is known before the search begins. Throws nlohmann::json::exception when it
 // is neither.
 double upper_of(const nlohmann::ordered_json& interval);
-
-// Returns why mesh b, in words the baseline, has no sides: "the baseline is open: ..."; empty: it has, or nothing is
-// known of it. Throws nlohmann::json::exception when `sides`, of a result document, has another form.
-std::string sides_refused(const nlohmann::ordered_json& sides);
 
 // Reads the units of a result document. A missing or unknown unit is nullopt, which converts nothing.
 UnitPlan unit_plan_of(const nlohmann::ordered_json& document);

@@ -146,10 +146,9 @@ Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern
   Walk walk(folder, pattern);
   walk.into(pattern.starts_with('/') ? "/" : "", "", 0);
   if (walk.error) return *walk.error;
-  const auto by_path = [](const Match& x, const Match& y) { return x.path < y.path; };
-  std::sort(walk.found.begin(), walk.found.end(), by_path);
-  const auto same = [](const Match& x, const Match& y) { return x.path == y.path; };
-  walk.found.erase(std::unique(walk.found.begin(), walk.found.end(), same), walk.found.end());
+  std::ranges::sort(walk.found, {}, &Match::path);
+  const auto repeated = std::ranges::unique(walk.found, {}, &Match::path);
+  walk.found.erase(repeated.begin(), repeated.end());
   return std::move(walk.found);
 }
 

@@ -136,8 +136,8 @@ PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern) {
   std::vector<PassedOver>& files = look.found.files;
   std::ranges::sort(files,
                     [](const auto& x, const auto& y) { return std::tie(x.path, x.why) < std::tie(y.path, y.why); });
-  const auto same = [](const PassedOver& x, const PassedOver& y) { return x.path == y.path; };
-  files.erase(std::unique(files.begin(), files.end(), same), files.end());
+  const auto repeated = std::ranges::unique(files, {}, &PassedOver::path);
+  files.erase(repeated.begin(), repeated.end());
   return std::move(look.found);
 }
 

@@ -6,6 +6,7 @@
 #include <cwctype>
 #include <utility>
 
+#include "api/base/text.h"
 #include "api/base/utf8.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
@@ -93,8 +94,7 @@ std::string bracket_of_both(const std::string& bracket) {
   const bool negated = bracket.size() > 1 && (bracket[1] == '!' || bracket[1] == '^');
   std::string other;
   for (const char c : bracket.substr(1, bracket.size() - 2)) {
-    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-    if (letter || c == '-') other += letter ? static_cast<char>(c ^ 0x20) : c;
+    if (api::is_letter(c) || c == '-') other += api::is_letter(c) ? static_cast<char>(c ^ 0x20) : c;
   }
   while (other.starts_with('-')) other.erase(0, 1);
   while (other.ends_with('-')) other.pop_back();

@@ -33,8 +33,7 @@ class Places {
   explicit Places(std::string_view text) : lines_{0}, characters_{0} {
     for (std::size_t i = 0; i < text.size(); ++i) {
       if (text[i] == '\n') lines_.push_back(i + 1);
-      const bool begins = (static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U;
-      characters_.push_back(characters_.back() + (begins ? 1 : 0));
+      characters_.push_back(characters_.back() + (is_within_character(text[i]) ? 0 : 1));
     }
   }
   Place operator()(const YAML::Mark& mark) const {

@@ -4,12 +4,13 @@
 #include <netinet/in.h>
 
 #include <algorithm>
-#include <cctype>
 #include <memory>
 
 #include <curl/curl.h>
 
 #include "api/base/refused.h"
+#include "api/base/text.h"
+#include "api/base/utf8.h"
 #include "check/text.h"
 
 namespace meshgauge::check::service {
@@ -39,9 +40,7 @@ std::string host_of(const std::string& base) {
   char* text = nullptr;
   const bool found = parsed && curl_url_set(parsed.get(), CURLUPART_URL, base.c_str(), 0) == CURLUE_OK &&
                      curl_url_get(parsed.get(), CURLUPART_HOST, &text, 0) == CURLUE_OK;
-  std::string host = found ? std::unique_ptr<char, Freed>(text).get() : "";
-  std::transform(host.begin(), host.end(), host.begin(), [](unsigned char c) { return std::tolower(c); });
-  return host;
+  return found ? api::lower_case(std::unique_ptr<char, Freed>(text).get()) : "";
 }
 
 // Whether the host is an address in 127.0.0.0/8. A host name may begin with 127 as well.
@@ -99,9 +98,7 @@ std::string disposition(const std::filesystem::path& file) {
 
 std::string one_line(std::string_view text, std::size_t most) {
   std::string out(text.substr(0, most));
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
-  }
+  std::replace_if(out.begin(), out.end(), is_control, ' ');
   return text.size() > most ? out + "..." : out;
 }
 

@@ -6,6 +6,7 @@
 
 #include "api/base/json_filter.h"
 #include "api/base/problem.h"
+#include "api/base/text.h"
 #include "api/compare/align.h"
 #include "api/options/names.h"
 #include "api/options/request.h"
@@ -65,9 +66,7 @@ bool has_units_of(const Json& comparison, const api::AskedUnits& asked) {
   return fits(asked.limit, given.result) && fits(asked.a, given.a) && fits(asked.b, given.b);
 }
 
-bool is_id(const std::string& text) {
-  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
+bool is_id(const std::string& text) { return api::is_lower_hex(text, 32); }
 
 // Checks the members that are shown; measured_from() checks the numbers.
 bool is_comparison(const Json& json) {

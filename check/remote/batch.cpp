@@ -64,7 +64,7 @@ bool BatchResults::take_line(std::string_view text) {
   auto line = batch_line_from(text);
   if (!line || line->position < next_ || line->position >= comparisons_) return false;
   next_ = line->position + 1;
-  sink_.take(std::move(*line));
+  sink_(std::move(*line));
   return true;
 }
 
@@ -192,7 +192,7 @@ HttpRequest Batch::results_request(const std::string& id, BatchResults& results)
 
 // If the batch is forgotten meanwhile, the next poll notices.
 Result<Done> Batch::read(const std::string& id) {
-  BatchResults results(pairs_.size(), *this);
+  BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
   const auto reply = client_.ask(results_request(id, results), control_);
   read_ = Clock::now();
   if (!reply) return reply.error();
@@ -224,7 +224,7 @@ Batch::Outcome Batch::abandon() {
 Batch::Outcome Batch::cancel(const std::string& id) {
   const Interrupted over = after(client_.cancel_time());
   end_there(id, after(client_.cancel_time() * 3 / 4));
-  BatchResults results(pairs_.size(), *this);
+  BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
   client_.once(results_request(id, results), over);
   return {Fate::failed, cancelled()};
 }

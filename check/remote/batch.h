@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,21 +18,15 @@
 
 namespace meshgauge::check::service {
 
-// Takes the lines of a batch's results.
-class BatchLineSink {
- public:
-  virtual ~BatchLineSink() = default;
-
-  // May be called again for a position: each try begins with the first line.
-  virtual void take(BatchLine line) = 0;
-};
+// Takes a line of a batch's results. May be called again for a position: each try begins with the first line.
+using BatchLineSink = std::function<void(BatchLine line)>;
 
 // Parses the results of a batch while they stream in, one per line. Holds one line, of at most kMostReplyBytes, and
 // accepts positions in rising order, at most as many as the batch has comparisons. Bytes after the last line end are
 // ignored.
 class BatchResults {
  public:
-  BatchResults(std::size_t comparisons, BatchLineSink& sink) : comparisons_(comparisons), sink_(sink) {}  // borrows it
+  BatchResults(std::size_t comparisons, BatchLineSink sink) : comparisons_(comparisons), sink_(std::move(sink)) {}
 
   void begin();                       // call before each try
   bool take(std::string_view piece);  // false: these are not the results of this batch
@@ -40,13 +35,13 @@ class BatchResults {
   bool take_line(std::string_view text);
 
   const std::size_t comparisons_;
-  BatchLineSink& sink_;
+  const BatchLineSink sink_;
   std::string line_;      // the incomplete line
   std::size_t next_ = 0;  // the lowest position that may follow
 };
 
-// Borrows all arguments.
-class Batch final : private BatchLineSink {
+// Borrows the client and the control.
+class Batch {
  public:
   // Why pairs have no result that was reported.
   enum class Fate {
@@ -60,24 +55,21 @@ class Batch final : private BatchLineSink {
     Error error;  // of these pairs; with `unknown_mesh` and `refused` it holds for a batch of one pair alone
   };
   // What happens to the batch. Called on the thread of measure().
-  class Listener {
-   public:
-    virtual ~Listener() = default;
-
+  struct Listener {
     // Called at most once, when the batch is accepted and has a page. `view`: path of that page.
-    virtual void begun(const std::string& view) = 0;
+    std::function<void(const std::string& view)> begun;
     // Called at most once for each pair: how it ended. `place`: index in `pairs`.
-    virtual void ended(std::size_t place, End end) = 0;
+    std::function<void(std::size_t place, End end)> ended;
   };
 
   // Preconditions: `pairs` is not empty and every pair is sent; no other batch of any run has `key`. `control` is
   // cancelled with those of all pairs.
-  Batch(Client& client, std::vector<Pair*> pairs, std::string key, Control& control, Listener& listener)
+  Batch(Client& client, std::vector<Pair*> pairs, std::string key, Control& control, Listener listener)
       : client_(client),
         pairs_(std::move(pairs)),
         key_(std::move(key)),
         control_(control),
-        listener_(listener),
+        listener_(std::move(listener)),
         reported_(pairs_.size(), false) {}
 
   // Call once.
@@ -98,7 +90,7 @@ class Batch final : private BatchLineSink {
   std::chrono::milliseconds longest() const;
   Result<Done> read(const std::string& id);
   HttpRequest results_request(const std::string& id, BatchResults& results) const;
-  void take(BatchLine line) override;
+  void take(BatchLine line);
   Outcome abandon();
   Outcome cancel(const std::string& id);
   void end_there(const std::string& id, const Interrupted& over);
@@ -107,7 +99,7 @@ class Batch final : private BatchLineSink {
   const std::vector<Pair*> pairs_;
   const std::string key_;
   Control& control_;
-  Listener& listener_;
+  const Listener listener_;
   std::string document_;  // the request
   std::vector<bool> reported_;
   std::size_t known_ = 0;   // pairs that were reported

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "api/base/utf8.h"
 #include "check/reports/wording.h"
 #include "check/text.h"
 
@@ -30,8 +31,7 @@ std::string coloured(const std::string& text, const char* colour, bool on) {
 
 // Counts characters, not bytes.
 std::size_t width_of(std::string_view text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+  return text.size() - static_cast<std::size_t>(std::count_if(text.begin(), text.end(), is_within_character));
 }
 
 std::string padded(std::string text, std::size_t width) {
@@ -43,7 +43,7 @@ std::string cut_to(const std::string& text, std::size_t width) {
   if (width_of(text) <= width) return text;
   std::size_t end = 0, letters = 0;
   for (; end < text.size(); ++end) {
-    if ((static_cast<unsigned char>(text[end]) & 0xC0) != 0x80 && letters++ + 1 == width) break;
+    if (!is_within_character(text[end]) && letters++ + 1 == width) break;
   }
   return text.substr(0, end) + "~";
 }
@@ -55,7 +55,7 @@ std::string shortened(const std::string& text, std::size_t width) {
   std::size_t begin = 0, skipped = 0;
   const std::size_t head = width / 2, tail = width - head - 1;
   for (; begin < text.size(); ++begin) {
-    if ((static_cast<unsigned char>(text[begin]) & 0xC0) != 0x80 && skipped++ == has - tail) break;
+    if (!is_within_character(text[begin]) && skipped++ == has - tail) break;
   }
   return cut_to(text, head + 1) + text.substr(begin);
 }

@@ -153,14 +153,14 @@ constexpr std::uint64_t kProcesses = 8;  // front ends that may store jobs of on
 
 // RFC 6750 section 3: no error code when the request carries no key.
 Denial unauthorized(const char* detail, bool presented) {
-  return {{ProblemKind::unauthorized, detail, {}},
+  return {{ProblemKind::unauthorized, detail},
           {{"WWW-Authenticate",
             std::string(R"(Bearer realm="meshgauge")") + (presented ? R"(, error="invalid_token")" : "")}}};
 }
 
 Denial too_many(std::string detail, std::chrono::duration<double> wait) {
   const auto seconds = std::max(1L, static_cast<long>(std::ceil(wait.count())));
-  return {{ProblemKind::too_many_requests, std::move(detail), {}}, {{"Retry-After", std::to_string(seconds)}}};
+  return {{ProblemKind::too_many_requests, std::move(detail)}, {{"Retry-After", std::to_string(seconds)}}};
 }
 
 Denial too_many_jobs(std::uint64_t limit) {
@@ -170,7 +170,7 @@ Denial too_many_jobs(std::uint64_t limit) {
 }
 
 std::optional<Denial> denial_of(Account& account, const Result<std::uint64_t>& unended) {
-  if (!unended) return Denial{api::to_problem(unended.error()), {}};
+  if (!unended) return Denial{api::to_problem(unended.error())};
   const std::uint64_t limit = account.allowance().max_jobs;
   return *unended >= limit ? std::optional(too_many_jobs(limit)) : std::nullopt;
 }
@@ -180,9 +180,7 @@ Denial over_quota(std::uint64_t limit, std::uint64_t most) {
   return {{ProblemKind::quota_exceeded,
            (limit < most ? "the key's meshes would exceed its limit max_storage_bytes of "
                          : "stored meshes and those of waiting comparisons would exceed the limit of ") +
-               bytes + "; delete some",
-           {}},
-          {}};
+               bytes + "; delete some"}};
 }
 
 // For the owner of a service without keys, which only the service's own settings limit.
@@ -264,7 +262,7 @@ std::optional<Denial> Access::require(const Caller& caller, Scope scope) {
   if (scope == Scope::compare ? caller.scopes.compare : caller.scopes.metrics) return std::nullopt;
   const std::string name = scope == Scope::compare ? "compare" : "metrics";
   return Denial{
-      {ProblemKind::forbidden, "this request needs a key with the scope '" + name + "'", {}},
+      {ProblemKind::forbidden, "this request needs a key with the scope '" + name + "'"},
       {{"WWW-Authenticate", R"(Bearer realm="meshgauge", error="insufficient_scope", scope=")" + name + "\""}}};
 }
 

@@ -31,7 +31,7 @@ struct Caller {
 // A problem, and the headers that go with it: WWW-Authenticate, Retry-After.
 struct Denial {
   api::Problem problem;
-  std::vector<std::pair<std::string, std::string>> headers;
+  std::vector<std::pair<std::string, std::string>> headers{};
 };
 
 struct AccessClocks {

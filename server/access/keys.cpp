@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 #include <span>
 
@@ -12,6 +13,7 @@
 #include "api/base/digest.h"
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/base/utc.h"
 #include "api/base/whole_file.h"
 #include "server/http/text.h"
@@ -42,10 +44,7 @@ Result<Done> read_id(const JsonValue& value, const std::string& pointer, Key& ke
 }
 
 bool is_digest(const JsonValue& value) {
-  if (!value.is_string()) return false;
-  const auto& text = value.get_ref<const std::string&>();
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f'); });
+  return value.is_string() && api::is_lower_hex(value.get_ref<const std::string&>(), 64);
 }
 
 Result<Done> read_sha256(const JsonValue& value, const std::string& pointer, Key& key) {
@@ -118,11 +117,7 @@ constexpr Field kFields[] = {
     {"expires", read_expires},
     {"disabled", read_disabled}};
 
-std::string known_fields() {
-  std::string list;
-  for (const Field& field : kFields) list.append(list.empty() ? "" : ", ").append(field.name);
-  return list;
-}
+std::string known_fields() { return api::listed(kFields | std::views::transform(&Field::name)); }
 
 Result<Key> read_key(const JsonValue& entry, const std::string& pointer) {
   if (!entry.is_object()) return wrong(pointer, "an object", entry);
@@ -177,8 +172,7 @@ std::string line_of(std::string_view text, std::string_view where) {
 }
 
 bool is_token68_char(char c) {
-  return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') ||
-         std::string_view("-._~+/=").find(c) != std::string::npos;
+  return is_digit(c) || is_letter(c) || std::string_view("-._~+/=").find(c) != std::string::npos;
 }
 
 }  // namespace
@@ -204,7 +198,7 @@ Result<std::vector<Key>> load_keys(const std::string& file) {
 
 Result<Done> check_key_id(std::string_view id) {
   const bool allowed = !id.empty() && id.size() <= 64 && std::all_of(id.begin(), id.end(), [](char c) {
-    return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') || c == '-' || c == '_' || c == '.';
+    return is_digit(c) || is_letter(c) || c == '-' || c == '_' || c == '.';
   });
   if (allowed) return Done{};
   return refused("an id has 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'");

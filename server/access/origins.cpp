@@ -130,16 +130,14 @@ std::optional<Problem> OriginCheck::find_refusal(const Head& head) const {
   if (!any_host_ && !authority.empty() && !is_own(host_of(authority))) {
     return Problem{ProblemKind::foreign_request,
                    "the Host " + in_message(authority) +
-                       " is not a name of this service; use localhost, or add the name to --allowed-hosts",
-                   {}};
+                       " is not a name of this service; use localhost, or add the name to --allowed-hosts"};
   }
   const std::string_view origin = head.header("origin");
   if (origin.empty() || !changes_something(head.method) || cors_.allows(origin)) return std::nullopt;
   if (!authority.empty() && lower(authority_of(origin)) == authority) return std::nullopt;
   return Problem{ProblemKind::foreign_request,
                  "the request comes from a page of " + in_message(origin) +
-                     ", not of this service; add that origin to --cors-origins to allow it",
-                 {}};
+                     ", not of this service; add that origin to --cors-origins to allow it"};
 }
 
 }  // namespace meshgauge::server

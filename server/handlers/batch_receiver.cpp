@@ -165,8 +165,7 @@ BatchReceiver::Refusal BatchReceiver::renew(std::chrono::seconds older_than) {
     if (!renewed) return api::to_problem(renewed.error());
     if (!*renewed)
       return Problem{ProblemKind::storage_unavailable,
-                     "a file of the batch was removed before the batch was stored; send the batch again",
-                     {}};
+                     "a file of the batch was removed before the batch was stored; send the batch again"};
     kept.put = now;
   }
   return std::nullopt;

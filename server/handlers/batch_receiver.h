@@ -8,7 +8,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "api/options/batch_request.h"
 #include "server/access/access.h"
@@ -20,7 +19,7 @@
 
 namespace meshgauge::server {
 
-// A mesh file that was uploaded with a batch.
+// A mesh of a batch: a file that was uploaded with it, or a stored mesh.
 struct BatchFile {
   std::string id;  // its SHA-256
   std::uint64_t bytes = 0;

@@ -42,8 +42,7 @@ constexpr std::chrono::seconds kRenewAfter{60};      // far less than the age at
 // The batch was removed while the request arrived. Sent again, the request makes a new batch.
 Problem batch_removed_just_now() {
   return {ProblemKind::storage_unavailable,
-          "the batch of this Idempotency-Key was removed while the request arrived; send it again",
-          {}};
+          "the batch of this Idempotency-Key was removed while the request arrived; send it again"};
 }
 
 store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
@@ -57,25 +56,14 @@ struct BatchHead {
   store::TimePoint expires_if_never_run{};
 };
 
-// What a job's row says of a mesh.
-struct Named {
-  std::string id;
-  std::uint64_t bytes = 0;
-  std::string file_name;
-  std::string media_type;
-};
-
 class NamedMeshes {
  public:
   NamedMeshes(const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known) : files_(files) {
     for (const store::MeshRow& row : known) rows_.emplace(row.key.id, &row);
   }
 
-  Named operator()(const api::BatchMesh& mesh) const {
-    if (!mesh.part.empty()) {
-      const BatchFile& file = files_.at(mesh.part);
-      return {file.id, file.bytes, file.file_name, file.media_type};
-    }
+  BatchFile operator()(const api::BatchMesh& mesh) const {
+    if (!mesh.part.empty()) return files_.at(mesh.part);
     const auto found = rows_.find(mesh.id);
     if (found == rows_.end()) return {mesh.id, 0, "", ""};
     const store::MeshRow& row = *found->second;
@@ -87,12 +75,12 @@ class NamedMeshes {
   std::unordered_map<std::string, const store::MeshRow*> rows_;
 };
 
-MeshSource source_of(const std::string& part, const Named& mesh) {
+MeshSource source_of(const std::string& part, const BatchFile& mesh) {
   return {{part, {}, mesh.file_name, mesh.media_type, -1}, nullptr, mesh.id, {}};
 }
 
-store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, const std::string& options, const Named& a,
-                         const Named& b) {
+store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, const std::string& options,
+                         const BatchFile& a, const BatchFile& b) {
   store::BatchItem item;
   item.name = pair.name;
   store::NewJob& job = item.job;
@@ -141,7 +129,7 @@ std::vector<std::string> stored_ids(const api::BatchRequest& request) {
 std::optional<api::Problem> find_unknown(const api::BatchRequest& request, const std::vector<store::MeshRow>& known) {
   std::unordered_set<std::string> ids;
   for (const store::MeshRow& row : known) ids.insert(row.key.id);
-  api::Problem problem{api::ProblemKind::unknown_mesh, "", {}};
+  api::Problem problem{api::ProblemKind::unknown_mesh, ""};
   std::set<std::string> unknown;
   for (std::size_t i = 0; i < request.pairs.size(); ++i) {
     const api::BatchPair& pair = request.pairs[i];
@@ -224,8 +212,7 @@ std::optional<Problem> Batches::admit(const std::string& owner) {
   const std::string most = std::to_string(kMostUnended * settings_.max_batch_pairs);
   return Problem{ProblemKind::overloaded,
                  "too many comparisons of your batches are queued or running (limit " + most + " comparisons, " +
-                     std::to_string(kMostBatches) + " batches); retry later",
-                 {}};
+                     std::to_string(kMostBatches) + " batches); retry later"};
 }
 
 // The meshes are reserved before they are looked up: if one is deleted meanwhile, its bytes stay for the batch.
@@ -259,8 +246,7 @@ void Batches::insert(Exchange& exchange, BatchReceiver& receiver, bool repeats) 
   if (inserted->mesh_gone) return answer(exchange, problem_of_removed_mesh(exchange.owner, request));
   if (inserted->conflict) {
     return answer(exchange, Problem{ProblemKind::idempotency_key_reused,
-                                    "this Idempotency-Key was used for another batch; take a new one",
-                                    {}});
+                                    "this Idempotency-Key was used for another batch; take a new one"});
   }
   exchange.response.headers.emplace_back("Location", "/v1/batches/" + inserted->batch.key.id);
   send(exchange, inserted->batch, 202);
@@ -271,8 +257,7 @@ Problem Batches::problem_of_removed_mesh(const std::string& owner, const api::Ba
   if (!known) return api::to_problem(known.error());
   if (auto unknown = find_unknown(request, *known)) return *std::move(unknown);
   return {ProblemKind::storage_unavailable,
-          "a mesh of the batch was removed and stored again meanwhile; send the batch again",
-          {}};
+          "a mesh of the batch was removed and stored again meanwhile; send the batch again"};
 }
 
 std::optional<store::Batch> Batches::find(Exchange& exchange) {
@@ -304,9 +289,7 @@ Result<std::string> Batches::document(const store::Batch& batch) {
 void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
   auto json = document(batch);
   if (!json) return answer(exchange, api::to_problem(json.error()));
-  exchange.response.status = status;
-  exchange.response.content_type = "application/json";
-  exchange.response.body = std::move(*json);
+  answer_with(exchange, std::move(*json), status);
 }
 
 // With Prefer: wait the answer is sent when another comparison has ended. A client for which there is no place waits by
@@ -354,26 +337,14 @@ void Batches::remove(Exchange& exchange) {
 void Batches::cancel(Exchange& exchange) { end(exchange, key_of(exchange)); }
 
 void Batches::end(Exchange& exchange, const store::JobKey& key) {
-  const auto now = stores_.jobs.time();
-  const auto cancelled = batches_.cancel_batch(key, {now, now + kept_});
+  const auto cancelled = batches_.cancel_batch(key, stores_.jobs.moment(kept_));
   if (!cancelled) return answer(exchange, api::to_problem(cancelled.error()));
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }
 
-// For responses that occupy a connection for long. null: the exchange is answered.
-std::shared_ptr<const void> Batches::take_place(Exchange& exchange) {
-  if (exchange.head.minor_version == 0) {
-    answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1", {}});
-    return nullptr;
-  }
-  auto place = watchers_.take(exchange.owner);
-  if (!place) answer(exchange, too_many_watchers(settings_));
-  return place;
-}
-
 void Batches::events(Exchange& exchange) {
   if (!find(exchange)) return;
-  const auto place = take_place(exchange);
+  const auto place = take_place(exchange, watchers_, settings_);
   if (!place) return;
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
@@ -410,7 +381,7 @@ void Batches::throw_if_deleted(const store::JobKey& key) {
 // Reads the rows in pages, so that a batch of any size takes the memory of one page.
 void Batches::stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                           std::string tail) {
-  const auto place = take_place(exchange);
+  const auto place = take_place(exchange, watchers_, settings_);
   if (!place) return;
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
@@ -438,8 +409,7 @@ void Batches::junit(Exchange& exchange) {
   const auto batch = find(exchange);
   if (!batch) return;
   if (!batch->finished) {
-    return answer(exchange,
-                  Problem{ProblemKind::not_ended, "the batch has not ended; ask for its report when it has", {}});
+    return answer(exchange, Problem{ProblemKind::not_ended, "the batch has not ended; ask for its report when it has"});
   }
   exchange.response.content_type = "application/xml";
   stream_rows(

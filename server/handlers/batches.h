@@ -6,10 +6,8 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "server/access/access.h"
 #include "server/handlers/batch_receiver.h"
@@ -53,7 +51,6 @@ class Batches {
   Result<std::string> document(const store::Batch& batch);
   void send(Exchange& exchange, const store::Batch& batch, int status);
   std::chrono::milliseconds look_interval(const store::Batch& batch) const;
-  std::shared_ptr<const void> take_place(Exchange& exchange);  // null: the exchange is answered
   void throw_if_deleted(const store::JobKey& key);
   void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                    std::string tail);

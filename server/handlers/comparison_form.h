@@ -3,7 +3,6 @@
 // its problem names all the fields.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 

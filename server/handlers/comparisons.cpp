@@ -49,9 +49,9 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
   if (row.problem.empty() && row.state == store::JobState::cancelled) {
     return answer(exchange, cancelled_early());
   }
-  if (row.problem.empty()) return answer(exchange, Problem{ProblemKind::internal, "given up: " + row.last_error, {}});
+  if (row.problem.empty()) return answer(exchange, Problem{ProblemKind::internal, "given up: " + row.last_error});
   const auto json = nlohmann::json::parse(row.problem, nullptr, false);
-  if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
+  if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed"});
   answer(exchange, {json.value("status", 500), json.value("type", ""), row.problem}, std::chrono::seconds(1));
 }
 
@@ -59,8 +59,7 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
 std::optional<api::Problem> add_piece(std::string& text, std::string_view piece) {
   if (text.size() + piece.size() > api::kMaxOptionsBytes) {
     return api::Problem{api::ProblemKind::too_large,
-                        "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes",
-                        {}};
+                        "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes"};
   }
   text.append(piece);
   return std::nullopt;
@@ -293,9 +292,7 @@ void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Term
 
 void Comparisons::accept(Exchange& exchange, const JobView& job, const Terms& terms) const {
   add_headers(exchange, job, terms);
-  exchange.response.status = 202;
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(job);
+  answer_with(exchange, to_json(job), 202);
 }
 
 void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& terms) const {
@@ -306,24 +303,20 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& t
     return answer(exchange,
                   Problem{ProblemKind::shutting_down,
                           terms.durable ? "the service is shutting down; the comparison is stored and runs later"
-                                        : "the service is shutting down; send the request again",
-                          {}});
+                                        : "the service is shutting down; send the request again"});
   }
-  Response& response = exchange.response;
   exchange.stages = job.stages;
   exchange.triangles = job.triangles;
   if (job.row.document.empty()) return answer_stored(exchange, job.row);
-  response.content_type = "application/json";
-  response.body = result_json(job.row);
-  if (!job.timing.empty()) response.headers.emplace_back("Server-Timing", job.timing);
+  answer_with(exchange, result_json(job.row));
+  if (!job.timing.empty()) exchange.response.headers.emplace_back("Server-Timing", job.timing);
 }
 
 void Comparisons::get(Exchange& exchange) {
   const auto job = jobs_.get(job_key_of(exchange));
   if (!job) return answer(exchange, api::to_problem(job.error()));
   if (!*job) return answer(exchange, not_found("comparison"));
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(**job);
+  answer_with(exchange, to_json(**job));
 }
 
 void Comparisons::remove(Exchange& exchange) {
@@ -345,11 +338,8 @@ void Comparisons::events(Exchange& exchange) {
   const auto first = jobs_.get(key);
   if (!first) return answer(exchange, api::to_problem(first.error()));
   if (!*first) return answer(exchange, not_found("comparison"));
-  if (exchange.head.minor_version == 0) {
-    return answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1", {}});
-  }
-  const auto place = watchers_.take(exchange.owner);
-  if (!place) return answer(exchange, too_many_watchers(settings_));
+  const auto place = take_place(exchange, watchers_, settings_);
+  if (!place) return;
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
@@ -389,7 +379,7 @@ void read_options(Exchange& exchange, const Settings& settings) {
   std::string_view type = exchange.head.header("content-type");
   if (take_kind(type) != "application/json") {
     constexpr const char* kWanted = "Content-Type must be application/json, the options of a comparison";
-    return answer(exchange, api::Problem{api::ProblemKind::unsupported_media_type, kWanted, {}});
+    return answer(exchange, api::Problem{api::ProblemKind::unsupported_media_type, kWanted});
   }
   const auto text = std::make_shared<std::string>();
   exchange.body.read([text](std::string_view piece) { return add_piece(*text, piece); },
@@ -397,8 +387,7 @@ void read_options(Exchange& exchange, const Settings& settings) {
                        if (lost) return answer(exchange, *lost);
                        const auto request = api::parse_options(*text, limits);
                        if (!request) return answer(exchange, api::to_problem(request.error()));
-                       exchange.response.content_type = "application/json";
-                       exchange.response.body = api::json_of(*request).dump();
+                       answer_with(exchange, api::json_of(*request).dump());
                      });
 }
 

@@ -26,10 +26,10 @@ constexpr std::size_t kShownIdDigits = 8;
 
 std::optional<Problem> refuse_unready(const store::Job& row) {
   if (!store::has_ended(row.state)) {
-    return Problem{ProblemKind::no_interval, "the comparison has not ended; ask for its maps when it has", {}};
+    return Problem{ProblemKind::no_interval, "the comparison has not ended; ask for its maps when it has"};
   }
   if (!row.document.empty()) return std::nullopt;
-  return Problem{ProblemKind::no_interval, "the comparison ended without an interval, so there is no map", {}};
+  return Problem{ProblemKind::no_interval, "the comparison ended without an interval, so there is no map"};
 }
 
 Problem mesh_gone(const std::string& part, const std::string& id) {
@@ -194,8 +194,7 @@ std::optional<Problem> Deviations::open_meshes(MapRequest& request) {
   if (!facts) return api::to_problem(facts.error());
   if (!facts->has_units)
     return Problem{ProblemKind::internal,
-                   "the result was made by a version before 0.2.0 and has no unit; compare the meshes again",
-                   {}};
+                   "the result was made by a version before 0.2.0 and has no unit; compare the meshes again"};
   order.facts = std::move(*facts);
   // The same time limit as the comparison had.
   const auto options = api::parse_options(request.row.options, request_limits(settings_));
@@ -229,12 +228,11 @@ std::optional<Clock::time_point> Deviations::look(Exchange& exchange, const Labe
   if (Clock::now() >= latest) {
     answer(exchange,
            Problem{ProblemKind::out_of_time,
-                   "no worker made the map within " + std::to_string(making.order.timeout.count()) + " ms; ask again",
-                   {}});
+                   "no worker made the map within " + std::to_string(making.order.timeout.count()) + " ms; ask again"});
     return std::nullopt;
   }
   if (exchange.client_gone) {
-    answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client disconnected", {}});
+    answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client disconnected"});
     return std::nullopt;
   }
   return latest;
@@ -306,8 +304,7 @@ void Deviations::send(Exchange& exchange, const Label& label, const MadeFile& ma
   if (exchange.head.method != "HEAD" && !(place = sending_.take(exchange.owner))) {
     return answer(exchange, Problem{ProblemKind::overloaded,
                                     "too many maps are being sent (limit " + std::to_string(max_files_sent(settings_)) +
-                                        "); retry in a moment",
-                                    {}});
+                                        "); retry in a moment"});
   }
   exchange.stages = made.stages;
   exchange.response.headers.emplace_back("Server-Timing",

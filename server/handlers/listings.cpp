@@ -101,8 +101,7 @@ void Listings::list(Exchange& exchange, const char* name, List<Row> of,
                     Result<Json> (Listings::*used)(const std::string&)) {
   if (!access_.has_keys()) {
     return answer(exchange, Problem{api::ProblemKind::forbidden,
-                                    "only what belongs to a key can be listed, and this service runs without keys",
-                                    {}});
+                                    "only what belongs to a key can be listed, and this service runs without keys"});
   }
   auto page = read_page(exchange);
   if (const auto* problem = std::get_if<Problem>(&page)) return answer(exchange, *problem);
@@ -117,8 +116,7 @@ void Listings::list(Exchange& exchange, const char* name, List<Row> of,
   Json json{{name, Json::array()}, {"next", nullptr}, {"used", std::move(*sums)}};
   for (const Row& row : *rows) json[name].push_back(json_of_row(row));
   if (more) json["next"] = text_of({rows->back().created, rows->back().key.id});
-  exchange.response.content_type = "application/json";
-  exchange.response.body = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  answer_with(exchange, json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 void Listings::meshes(Exchange& exchange) {

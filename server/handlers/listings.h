@@ -6,7 +6,6 @@
 #pragma once
 
 #include <string>
-#include <variant>
 
 #include "api/result/json_of.h"
 #include "server/access/access.h"

@@ -5,7 +5,6 @@
 #include "api/base/digest.h"
 #include "api/base/problem.h"
 #include "api/options/batch_request.h"
-#include "api/options/request.h"
 #include "server/access/entrance.h"
 #include "server/http/head_values.h"
 #include "server/measure/job_document.h"
@@ -26,14 +25,12 @@ constexpr std::size_t kMostNameBytes = 255;
 
 Problem over_quota(std::uint64_t most) {
   return {ProblemKind::quota_exceeded,
-          "the stored meshes would exceed the limit of " + std::to_string(most) + " bytes; delete some",
-          {}};
+          "the stored meshes would exceed the limit of " + std::to_string(most) + " bytes; delete some"};
 }
 
 Problem too_many_meshes(std::uint64_t most) {
   return {ProblemKind::quota_exceeded,
-          "the stored meshes would be more than the limit of " + std::to_string(most) + "; delete some",
-          {}};
+          "the stored meshes would be more than the limit of " + std::to_string(most) + "; delete some"};
 }
 
 std::string to_json(const MeshRow& row) { return mesh_json(row).dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -86,8 +83,7 @@ void Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, const std::str
   const auto add = [this, upload](std::string_view piece) -> std::optional<Problem> {
     if (upload->size() + piece.size() <= settings_.max_part_bytes) return upload->append(piece);
     return Problem{ProblemKind::too_large,
-                   "the mesh is larger than the limit of " + std::to_string(settings_.max_part_bytes) + " bytes",
-                   {}};
+                   "the mesh is larger than the limit of " + std::to_string(settings_.max_part_bytes) + " bytes"};
   };
   exchange.body.read(add, [this, &exchange, upload, id, hold = held](auto refusal) mutable {
     if (!refusal && upload->size() == 0) {
@@ -124,8 +120,7 @@ void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload)
   if (*blob == store::BlobPut::other_digest) {
     return answer(exchange,
                   Problem{ProblemKind::digest_mismatch,
-                          "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path",
-                          {}});
+                          "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path"});
   }
   const auto now = stores_.jobs.time();
   const auto row = stores_.meshes.put_mesh(
@@ -135,9 +130,7 @@ void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload)
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (row->what == store::MeshPut::over_quota) return answer(exchange, over_quota(settings_.max_stored_bytes));
   if (row->what == store::MeshPut::too_many) return answer(exchange, too_many_meshes(settings_.max_stored_meshes));
-  exchange.response.status = row->what == store::MeshPut::created ? 201 : 200;
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(row->row);
+  answer_with(exchange, to_json(row->row), row->what == store::MeshPut::created ? 201 : 200);
   exchange.response.headers.emplace_back("Location", "/v1/meshes/" + key.id);
 }
 
@@ -151,8 +144,7 @@ void Meshes::get(Exchange& exchange) {
   const auto row = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (!*row) return answer(exchange, not_found("mesh"));
-  exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(**row);
+  answer_with(exchange, to_json(**row));
 }
 
 void Meshes::remove(Exchange& exchange) {

@@ -1,7 +1,6 @@
 // Handlers of /v1/meshes: meshes that an owner stores once and compares often, named by the SHA-256 of their bytes.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <variant>
 

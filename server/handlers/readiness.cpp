@@ -11,8 +11,7 @@ namespace {
 std::string defect_of(const auto& result) { return result ? std::string() : result.error().message; }
 
 void send_status(Exchange& exchange, const char* status) {
-  exchange.response.content_type = "application/json";
-  exchange.response.body = std::string(R"({"status":")") + status + R"(","version":")" + version() + "\"}";
+  answer_with(exchange, std::string(R"({"status":")") + status + R"(","version":")" + version() + "\"}");
 }
 
 }  // namespace
@@ -28,7 +27,7 @@ Readiness::~Readiness() {
 }
 
 void Readiness::answer(Exchange& exchange, Defects now) {
-  api::Problem problem{api::ProblemKind::not_ready, "", {}};
+  api::Problem problem{api::ProblemKind::not_ready, ""};
   for (auto& defect : last_defects()) now.push_back(std::move(defect));
   for (const auto& [part, message] : now) {
     problem.errors.push_back({part, "", message});
@@ -107,10 +106,8 @@ void add_status_routes(Router& router, const Metrics& metrics, Router::Action re
   };
   add("/healthz", [](Exchange& exchange) { send_status(exchange, "ok"); });
   add("/readyz", std::move(ready));
-  add("/metrics", [&metrics](Exchange& exchange) {
-    exchange.response.content_type = Metrics::kContentType;
-    exchange.response.body = metrics.text();
-  });
+  add("/metrics",
+      [&metrics](Exchange& exchange) { answer_with(exchange, metrics.text(), 200, Metrics::kContentType); });
 }
 
 }  // namespace meshgauge::server

@@ -14,8 +14,6 @@ constexpr std::size_t kMostTextBytes = 1024;
 constexpr std::size_t kMostShown = 100;
 constexpr std::size_t kMostExtension = 8;
 
-bool is_letter(char c) { return lower(c) >= 'a' && lower(c) <= 'z'; }
-
 // "part.step", but no number such as "1.5".
 bool has_extension(std::string_view word) {
   const std::size_t dot = word.rfind('.');
@@ -34,6 +32,16 @@ bool is_name(std::string_view line) {
 }
 
 }  // namespace
+
+std::shared_ptr<const void> take_place(Exchange& exchange, ConnectionLimit& watchers, const Settings& settings) {
+  if (exchange.head.minor_version == 0) {
+    answer(exchange, api::Problem{api::ProblemKind::http_version, "this path streams its response: send HTTP/1.1"});
+    return nullptr;
+  }
+  auto place = watchers.take(exchange.owner);
+  if (!place) answer(exchange, too_many_watchers(settings));
+  return place;
+}
 
 std::optional<api::Problem> refuse_name_for_file(const std::string& field, std::string_view content) {
   if (content.size() > kMostTextBytes) return std::nullopt;

@@ -1,26 +1,27 @@
 // Problems that several handlers answer with.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "api/base/problem.h"
+#include "server/http/connection_limit.h"
 #include "server/http/exchange.h"
 #include "server/settings/settings.h"
 
 namespace meshgauge::server {
 
 inline api::Problem shutting_down() {
-  return {api::ProblemKind::shutting_down, "the service is shutting down and accepts no new work; retry later", {}};
+  return {api::ProblemKind::shutting_down, "the service is shutting down and accepts no new work; retry later"};
 }
 
 // Serialized once: under overload most responses are this one.
 inline const ProblemDocument& queue_full() {
   static const ProblemDocument document =
       document_of({api::ProblemKind::overloaded,
-                   "all workers are busy, and the queue or this client's share of it is full; retry later",
-                   {}});
+                   "all workers are busy, and the queue or this client's share of it is full; retry later"});
   return document;
 }
 
@@ -28,9 +29,11 @@ inline const ProblemDocument& queue_full() {
 inline api::Problem too_many_watchers(const Settings& settings) {
   return {api::ProblemKind::overloaded,
           "too many clients follow events or wait (limit " + std::to_string(settings.max_event_streams) +
-              "); retry in a moment",
-          {}};
+              "); retry in a moment"};
 }
+
+// Takes a place for a response that streams. Null: there is none, and the exchange is answered.
+std::shared_ptr<const void> take_place(Exchange& exchange, ConnectionLimit& watchers, const Settings& settings);
 
 // Recognises a field of a form that holds the name of a file in place of the file: `curl -F a=part.stl` without the
 // '@'. Returns the problem of a field whose content is one line of text that ends as the name of a file does, or begins

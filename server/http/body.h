@@ -5,9 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string>
 #include <string_view>
-#include <utility>
 
 #include "api/base/problem.h"
 #include "server/http/connection.h"

@@ -182,7 +182,7 @@ void Client::serve(Head head, const std::optional<Problem>& refusal) {
   });
   if (taken) return;
   count_refusal();
-  answer(serving_->exchange(), Problem{ProblemKind::overloaded, "all threads are in use; retry in a moment", {}});
+  answer(serving_->exchange(), Problem{ProblemKind::overloaded, "all threads are in use; retry in a moment"});
   apply(serving_->advance());
 }
 

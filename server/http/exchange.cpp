@@ -3,17 +3,13 @@
 #include <algorithm>
 
 #include "api/base/digest.h"
-#include "server/http/text.h"
+#include "api/base/text.h"
 
 namespace meshgauge::server {
 namespace {
 
 constexpr std::size_t kTraceParentBytes = 55;  // 00-<32>-<16>-<2>
 constexpr std::size_t kMostStateBytes = 512;   // the length that implementations must support; more is dropped
-
-bool is_lower_hex(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f'); });
-}
 
 bool is_zero(std::string_view text) { return text.find_first_not_of('0') == std::string_view::npos; }
 
@@ -46,7 +42,7 @@ std::optional<TraceParent> parse_traceparent(std::string_view value) {
   const std::string_view version = value.substr(0, 2), trace_id = value.substr(3, 32), parent_id = value.substr(36, 16),
                          flags = value.substr(53, 2);
   for (const std::string_view field : {version, trace_id, parent_id, flags}) {
-    if (!is_lower_hex(field)) return std::nullopt;
+    if (!api::is_lower_hex(field, field.size())) return std::nullopt;
   }
   if (version == "ff" || is_zero(trace_id) || is_zero(parent_id)) return std::nullopt;
   // A later version may add fields after another dash; version 00 has none.
@@ -83,7 +79,11 @@ std::vector<std::pair<std::string, std::string>> trace_headers(const Trace& trac
   return headers;
 }
 
-void answer(Exchange& exchange, const api::Problem& problem) { answer(exchange, problem, std::chrono::seconds(1)); }
+void answer_with(Exchange& exchange, std::string document, int status, const char* type) {
+  exchange.response.status = status;
+  exchange.response.content_type = type;
+  exchange.response.body = std::move(document);
+}
 
 void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after) {
   answer(exchange, document_of(problem), retry_after);

@@ -126,10 +126,13 @@ inline const std::string& client_of(const Exchange& exchange) {
   return exchange.owner.empty() ? exchange.peer : exchange.owner;
 }
 
+// Sets the response to a document.
+void answer_with(Exchange& exchange, std::string document, int status = 200, const char* type = "application/json");
+
 // Sets the response to a problem document, whatever it was before. With status 429 or 503 it gets Retry-After: 1 s, or
 // `retry_after` rounded up to whole seconds, 1 to 60.
-void answer(Exchange& exchange, const api::Problem& problem);
-void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after);
+void answer(Exchange& exchange, const api::Problem& problem,
+            std::chrono::milliseconds retry_after = std::chrono::seconds(1));
 
 // A problem that was serialized before.
 struct ProblemDocument {

@@ -17,8 +17,7 @@ constexpr char kTlsHandshake = 0x16;                                // the first
 Refusal set_target(std::string_view target, Head& head) {
   if (target.size() > kMaxTargetBytes) {
     return Problem{ProblemKind::uri_too_long,
-                   "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes",
-                   {}};
+                   "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes"};
   }
   for (const char c : target) {
     if (c <= ' ' || c > '~' || c == '#')
@@ -40,7 +39,7 @@ Refusal set_version(std::string_view version, Head& head) {
     return std::nullopt;
   }
   if (version.starts_with("HTTP/")) {
-    return Problem{ProblemKind::http_version, "unsupported HTTP version; send HTTP/1.1 or HTTP/1.0", {}};
+    return Problem{ProblemKind::http_version, "unsupported HTTP version; send HTTP/1.1 or HTTP/1.0"};
   }
   return malformed("the request line must be 'METHOD TARGET HTTP/1.1'");
 }
@@ -54,8 +53,7 @@ Refusal parse_request_line(std::string_view line, Head& head) {
   for (const char* known : {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"}) {
     if (head.method == known) return std::nullopt;
   }
-  return Problem{
-      ProblemKind::not_implemented, "unknown method; known: GET, HEAD, POST, PUT, PATCH, DELETE, OPTIONS", {}};
+  return Problem{ProblemKind::not_implemented, "unknown method; known: GET, HEAD, POST, PUT, PATCH, DELETE, OPTIONS"};
 }
 
 Refusal parse_field(std::string_view line, Head& head) {
@@ -78,8 +76,7 @@ Refusal set_length(std::string_view text, std::uint64_t max_body_bytes, Head& he
   if (!digits) return malformed("Content-Length must be one decimal number");
   if (error != std::errc() || length > max_body_bytes) {
     return Problem{ProblemKind::too_large,
-                   "the body is larger than the limit of " + std::to_string(max_body_bytes) + " bytes",
-                   {}};
+                   "the body is larger than the limit of " + std::to_string(max_body_bytes) + " bytes"};
   }
   head.content_length = length;
   return std::nullopt;
@@ -88,8 +85,7 @@ Refusal set_length(std::string_view text, std::uint64_t max_body_bytes, Head& he
 Refusal set_transfer_coding(std::string_view value, Head& head) {
   if (head.minor_version == 0) return malformed("Transfer-Encoding does not exist in HTTP/1.0");
   if (lower(value) != "chunked") {
-    return Problem{
-        ProblemKind::not_implemented, "unsupported Transfer-Encoding; the only one supported is 'chunked'", {}};
+    return Problem{ProblemKind::not_implemented, "unsupported Transfer-Encoding; the only one supported is 'chunked'"};
   }
   head.chunked = true;
   return std::nullopt;
@@ -98,8 +94,7 @@ Refusal set_transfer_coding(std::string_view value, Head& head) {
 Refusal set_content_coding(std::string_view value) {
   if (lower(value) == "identity") return std::nullopt;
   return Problem{ProblemKind::unsupported_media_type,
-                 "Content-Encoding is not supported; a mesh file itself may be gzip-compressed",
-                 {}};
+                 "Content-Encoding is not supported; a mesh file itself may be gzip-compressed"};
 }
 
 Refusal set_connection(std::string_view value, Head& head) {
@@ -144,7 +139,7 @@ Refusal check_length(const Head& head) {
   const bool carries = head.method == "POST" || head.method == "PUT" || head.method == "PATCH";
   if (!carries || head.chunked || head.content_length) return std::nullopt;
   return Problem{
-      ProblemKind::length_required, "the body has no length; send Content-Length or Transfer-Encoding: chunked", {}};
+      ProblemKind::length_required, "the body has no length; send Content-Length or Transfer-Encoding: chunked"};
 }
 
 }  // namespace
@@ -174,12 +169,11 @@ Refusal check_incomplete(std::string_view head) {
   if (head.find("\n\n") != std::string_view::npos) return malformed("lines of the head must end with CR LF");
   if (head.size() >= kMaxRequestLineBytes && head.find("\r\n") >= kMaxRequestLineBytes) {
     return Problem{ProblemKind::uri_too_long,
-                   "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes",
-                   {}};
+                   "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes"};
   }
   if (head.size() < kMaxHeadBytes) return std::nullopt;
   return Problem{
-      ProblemKind::head_too_large, "the request's head is larger than " + std::to_string(kMaxHeadBytes) + " bytes", {}};
+      ProblemKind::head_too_large, "the request's head is larger than " + std::to_string(kMaxHeadBytes) + " bytes"};
 }
 
 }  // namespace meshgauge::server

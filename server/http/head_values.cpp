@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "api/base/text.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {
@@ -135,9 +136,7 @@ std::optional<Problem> read_query(std::string_view query, const std::vector<std:
     std::string_view value = next(query, "&");
     const std::string_view name = next(value, "=");
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      std::string names;
-      for (const std::string_view one : known) names.append(names.empty() ? "" : ", ").append(one);
-      return malformed("unknown query parameter " + quoted(name) + "; known: " + names);
+      return malformed("unknown query parameter " + quoted(name) + "; known: " + api::listed(known));
     }
     if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
       return malformed("'" + std::string(name) + "' stands there twice");

@@ -43,7 +43,7 @@ Refusal find_boundary(std::string_view content_type, const char* wanted, std::st
   const std::string kind = take_kind(content_type);
   if (kind != "multipart/form-data") {
     const std::string seen = kind.empty() ? "; the request has none" : ", not '" + api::printable(kind, 100) + "'";
-    return Problem{ProblemKind::unsupported_media_type, std::string("Content-Type must be ") + wanted + seen, {}};
+    return Problem{ProblemKind::unsupported_media_type, std::string("Content-Type must be ") + wanted + seen};
   }
   bool named = false;
   const bool valid = for_each_parameter(content_type, [&](const std::string& name, const std::string& value) {

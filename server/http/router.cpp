@@ -57,11 +57,11 @@ RequestHandler::Entry Router::operator()(Exchange& exchange) const {
     return route.status ? RequestHandler::Entry::status : RequestHandler::Entry::handled;
   }
   if (allowed.empty()) {
-    answer(exchange, Problem{ProblemKind::not_found, not_found_, {}});
+    answer(exchange, Problem{ProblemKind::not_found, not_found_});
   } else {
     exchange.response.headers.emplace_back("Allow", allowed);
     answer(exchange,
-           Problem{ProblemKind::method_not_allowed, "this path does not support the method; it takes " + allowed, {}});
+           Problem{ProblemKind::method_not_allowed, "this path does not support the method; it takes " + allowed});
   }
   return RequestHandler::Entry::answered;
 }

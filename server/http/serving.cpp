@@ -94,20 +94,18 @@ Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms) {
     case Lost::closed:
       return malformed("the connection was closed before the " + what + " was complete");
     case Lost::aborted:
-      return {ProblemKind::shutting_down, "the service shut down before the " + what + " had arrived", {}};
+      return {ProblemKind::shutting_down, "the service shut down before the " + what + " had arrived"};
     case Lost::peer_limit:
       return {ProblemKind::too_many_requests,
-              "too many requests from this client address are still arriving; retry in a moment",
-              {}};
+              "too many requests from this client address are still arriving; retry in a moment"};
     case Lost::stalled:
       return {ProblemKind::request_timeout,
-              "no byte of the " + what + " arrived for " + std::to_string(time_ms) + " ms",
-              {}};
+              "no byte of the " + what + " arrived for " + std::to_string(time_ms) + " ms"};
     case Lost::timeout:
       break;
   }
   return {
-      ProblemKind::request_timeout, "the " + what + " did not arrive within " + std::to_string(time_ms) + " ms", {}};
+      ProblemKind::request_timeout, "the " + what + " did not arrive within " + std::to_string(time_ms) + " ms"};
 }
 
 Transport::Step Outgoing::write(Transport& transport, std::string_view bytes, std::size_t& sent) {
@@ -173,8 +171,7 @@ void Serving::fail(const std::exception& error) {
   exchange_.failure = error.what();
   body_.abandon();
   answer(exchange_, Problem{ProblemKind::internal,
-                            "internal error; the service's log has the cause under the id " + exchange_.id,
-                            {}});
+                            "internal error; the service's log has the cause under the id " + exchange_.id});
 }
 
 // Writes what there is of the response and makes more of it, until it has to wait or has ended.

@@ -6,15 +6,15 @@
 #include <string>
 #include <string_view>
 
+#include "api/base/text.h"
+#include "api/base/utf8.h"
+
 namespace meshgauge::server {
 
-inline char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+using api::is_digit;
+using api::is_letter;
 
-inline std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](char c) { return lower(c); });
-  return out;
-}
+inline std::string lower(std::string_view text) { return api::lower_case(std::string(text)); }
 
 inline std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
@@ -22,10 +22,8 @@ inline std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 inline bool is_token_char(char c) {
-  if (is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z')) return true;
+  if (is_digit(c) || is_letter(c)) return true;
   return c != '\0' && std::strchr("!#$%&'*+-.^_`|~", c) != nullptr;
 }
 
@@ -35,10 +33,7 @@ inline bool is_token(std::string_view text) {
 
 // True: visible ASCII, space, tab and bytes beyond ASCII only. A control character could end a line for another parser.
 inline bool is_field_text(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) {
-    const auto byte = static_cast<unsigned char>(c);
-    return byte == '\t' || (byte >= 0x20 && byte != 0x7f);
-  });
+  return std::all_of(text.begin(), text.end(), [](char c) { return c == '\t' || !is_control(c); });
 }
 
 // Removes the text before the first `separator`, and the separator, from `rest`; returns that text. Without a

@@ -74,8 +74,7 @@ Upload::Refusal Upload::append(std::string_view piece) {
   if (!share_.budget->take(piece.size(), share_.client)) {
     return api::Problem{api::ProblemKind::overloaded,
                         "all uploads together are at their limit of " + std::to_string(share_.budget->max_bytes()) +
-                            " bytes, or those of this client at its share of it; retry later",
-                        {}};
+                            " bytes, or those of this client at its share of it; retry later"};
   }
   size_ += piece.size();
   if (file_ >= 0 || memory_.size() + piece.size() > kMaxInMemory) return spill(piece);

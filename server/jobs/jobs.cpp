@@ -77,9 +77,7 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
 
 Denial removed_just_now() {
   return {{ProblemKind::storage_unavailable,
-           "the comparison of this Idempotency-Key was just removed; send the request again",
-           {}},
-          {}};
+           "the comparison of this Idempotency-Key was just removed; send the request again"}};
 }
 
 }  // namespace
@@ -105,7 +103,7 @@ Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& 
     watcher_.hear(signal);
     if (worker_) worker_->hear(signal);
   });
-  upkeep_thread_.emplace(upkeep_);
+  upkeep_thread_.emplace([this] { upkeep_.tick(); });
 }
 
 Jobs::~Jobs() {
@@ -119,9 +117,8 @@ Jobs::~Jobs() {
 // Requeues all jobs that were running when the last process ended, whatever their worker.
 Result<Done> Jobs::recover() {
   if (!worker_) return Done{};
-  const auto now = stores_.jobs.time();
-  const auto rows =
-      stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
+  const auto rows = stores_.jobs.recover("", "the service ended while it ran",
+                                         stores_.jobs.moment(seconds(settings_.result_ttl_s)));
   if (!rows) return rows.error();
   for (const store::Job& row : *rows) {
     watcher_.adopt(row, scheduler_.admit_again(client_of(row)), access_.adopt_job(row.key.owner));
@@ -215,7 +212,7 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
   for (const MeshSource* source : {&submission.a, &submission.b}) {
     if (source == &submission.b && source->id == submission.a.id) continue;
     const auto there = stores_.blobs.exists({owner, source->id});
-    if (!there) return Denial{api::to_problem(there.error()), {}};
+    if (!there) return Denial{api::to_problem(there.error())};
     if (!*there) more += source->input.bytes.size();
   }
   const auto hold = hold_storage(access_, stores_, owner, more, settings_.max_stored_bytes);
@@ -229,27 +226,19 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
 // Stores an upload; a mesh that was stored before must still exist.
 std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource& source) {
   if (!source.kept) {
-    const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
-    store_errors_.note(put);
-    return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error()), {}});
+    const auto put = store_errors_.noted(stores_.blobs.put({owner, source.id}, source.input.bytes));
+    return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error())});
   }
-  const auto renewed = stores_.blobs.renew({owner, source.id});
-  store_errors_.note(renewed);
-  if (!renewed) return Denial{api::to_problem(renewed.error()), {}};
+  const auto renewed = store_errors_.noted(stores_.blobs.renew({owner, source.id}));
+  if (!renewed) return Denial{api::to_problem(renewed.error())};
   if (*renewed) return std::nullopt;
   return Denial{{ProblemKind::unknown_mesh,
-                 "the mesh '" + source.input.part + "' was deleted while the request was handled; store it again",
-                 {}},
-                {}};
+                 "the mesh '" + source.input.part + "' was deleted while the request was handled; store it again"}};
 }
 
 // Counts the owner's jobs in the store: other front ends accept jobs of this owner, too.
 Access::CountJobs Jobs::unended_of(const std::string& owner) {
-  return [this, owner] {
-    auto unended = stores_.jobs.unended(owner, stores_.jobs.time());
-    store_errors_.note(unended);
-    return unended;
-  };
+  return [this, owner] { return store_errors_.noted(stores_.jobs.unended(owner, stores_.jobs.time())); };
 }
 
 // A request over the limit may repeat one that was stored meanwhile: then its job is the answer.
@@ -278,22 +267,20 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   }
   watcher_.forget(*job);
   store_errors_.note(inserted);
-  if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
+  if (!inserted) return Denial{api::to_problem(inserted.error())};
   return found(inserted->job, inserted->conflict);
 }
 
 Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
   if (conflict) {
     return Denial{{ProblemKind::idempotency_key_reused,
-                   "this Idempotency-Key was used for another comparison; take a new one",
-                   {}},
-                  {}};
+                   "this Idempotency-Key was used for another comparison; take a new one"}};
   }
   if (!store::has_ended(row.state)) {
     if (auto first = watcher_.watch(row)) return first;
   }
   auto view = get(row.key);  // it has ended since, or waits for the next start
-  if (!view) return Denial{api::to_problem(view.error()), {}};
+  if (!view) return Denial{api::to_problem(view.error())};
   if (*view) return std::move(**view);
   return removed_just_now();
 }
@@ -308,7 +295,7 @@ Result<bool> Jobs::repeats(const Submission& submission) {
 Jobs::Submitted Jobs::repeated(Submission& submission) {
   name_meshes(submission);
   const auto row = stores_.jobs.find_idempotent(submission.key.owner, submission.idempotency_key);
-  if (!row) return Denial{api::to_problem(row.error()), {}};
+  if (!row) return Denial{api::to_problem(row.error())};
   if (!*row) return removed_just_now();
   const std::string print = fingerprint_of(submission.a.id, submission.b.id, submission.options);
   return found(**row, print != (*row)->fingerprint);
@@ -380,8 +367,7 @@ Result<bool> Jobs::cancel(const store::Job& row) {
   if (const auto unstored = watcher_.unstored(row.key)) {
     unstored->cancel();
   } else {
-    const auto now = stores_.jobs.time();
-    const auto state = stores_.jobs.request_cancel(row.key, {now, now + seconds(settings_.result_ttl_s)});
+    const auto state = stores_.jobs.request_cancel(row.key, stores_.jobs.moment(seconds(settings_.result_ttl_s)));
     if (!state) return state.error();
     if (!*state) return false;
     if (**state == JobState::cancelled) {
@@ -424,16 +410,15 @@ std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
   if (job.durable) {
     if (there || queue_->silence() < job.request.timeout) return std::nullopt;
     return Problem{
-        ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again", {}};
+        ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again"};
   }
   const bool begun = job.state() != JobState::queued;
   const milliseconds late = begun || !there ? kLate : kUntold;
   if (LiveJob::Clock::now() < job.deadline() + late) return std::nullopt;
   if (!there)
     return Problem{ProblemKind::storage_unavailable,
-                   "the store does not answer, and the timeout of the request has passed; send it again later",
-                   {}};
-  return Problem{ProblemKind::out_of_time, "no worker ended the comparison within the timeout of the request", {}};
+                   "the store does not answer, and the timeout of the request has passed; send it again later"};
+  return Problem{ProblemKind::out_of_time, "no worker ended the comparison within the timeout of the request"};
 }
 
 void Jobs::ended(const LiveJob& job, const store::Job& row) {

@@ -18,6 +18,7 @@
 #include <variant>
 
 #include "server/access/access.h"
+#include "server/base/each_second.h"
 #include "server/jobs/store_queue.h"
 #include "server/jobs/upkeep.h"
 #include "server/jobs/watcher.h"
@@ -146,7 +147,7 @@ class Jobs final : private Watcher::Listener {
   std::optional<StoreQueue> queue_;  // of the distributed form
   Watcher watcher_;
   std::optional<Worker> worker_;  // of the embedded form
-  std::optional<UpkeepThread> upkeep_thread_;
+  std::optional<EachSecond> upkeep_thread_;
 };
 
 }  // namespace meshgauge::server

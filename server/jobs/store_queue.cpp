@@ -2,14 +2,11 @@
 
 #include <algorithm>
 
-#include "server/base/heap.h"
-
 namespace meshgauge::server {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::chrono::seconds kPollInterval{1};
 constexpr std::chrono::seconds kAnswerTime{5};   // without an answer for longer, the store counts as away
 constexpr std::chrono::minutes kLongestWait{1};  // the longest estimate
 constexpr double kShareOfTheLastReading = 0.2;
@@ -18,26 +15,7 @@ constexpr double kShareOfTheLastReading = 0.2;
 
 StoreQueue::StoreQueue(store::JobStore& jobs, StoreErrors& store_errors) : jobs_(jobs), store_errors_(store_errors) {
   poll();
-  thread_ = std::thread([this] { keep_looking(); });
-}
-
-StoreQueue::~StoreQueue() {
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
-}
-
-void StoreQueue::keep_looking() {
-  const NeverFails never_fails;
-  std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kPollInterval, [&] { return ending_; })) {
-    lock.unlock();
-    poll();
-    lock.lock();
-  }
+  polling_.emplace([this] { poll(); });
 }
 
 void StoreQueue::poll() {
@@ -46,8 +24,7 @@ void StoreQueue::poll() {
     const std::lock_guard lock(mutex_);
     before = added_;
   }
-  const auto counts = jobs_.counts();
-  store_errors_.note(counts);
+  const auto counts = store_errors_.noted(jobs_.counts());
   const std::lock_guard lock(mutex_);
   if (!counts) {
     error_ = counts.error();

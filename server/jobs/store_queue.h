@@ -2,11 +2,10 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <optional>
-#include <thread>
 
+#include "server/base/each_second.h"
 #include "server/measure/stores.h"
 #include "server/store/job_store.h"
 
@@ -18,9 +17,6 @@ class StoreQueue {
 
   // Borrows both. Reads the counts once before it returns.
   StoreQueue(store::JobStore& jobs, StoreErrors& store_errors);
-  ~StoreQueue();
-  StoreQueue(const StoreQueue&) = delete;
-  StoreQueue& operator=(const StoreQueue&) = delete;
 
   // Returns the error of the newest read; storage_unavailable when the store takes long to answer.
   Result<Done> available() const;
@@ -36,7 +32,6 @@ class StoreQueue {
 
  private:
   void poll();
-  void keep_looking();
   void learn(const store::Counts& counts, Clock::time_point now);
 
   store::JobStore& jobs_;
@@ -47,9 +42,7 @@ class StoreQueue {
   Clock::time_point answered_ = Clock::now();
   std::uint64_t added_ = 0;
   double ended_per_second_ = 0;
-  std::condition_variable wake_;
-  bool ending_ = false;
-  std::thread thread_;
+  std::optional<EachSecond> polling_;  // the last member: it uses the others
 };
 
 }  // namespace meshgauge::server

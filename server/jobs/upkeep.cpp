@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "api/base/utc.h"
-#include "server/base/heap.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {
@@ -17,7 +16,6 @@ using std::chrono::milliseconds;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-constexpr seconds kTickInterval{1};
 constexpr seconds kSweepInterval{30};  // at most: what is kept for a shorter time is swept as often
 constexpr minutes kSharedListing{10};  // listing all blobs of shared stores costs many requests
 constexpr seconds kUnusedBlobs{600};   // longer than the time from a put() or renew() to the row that refers to it
@@ -69,8 +67,7 @@ bool SweepGuard::clock_is_steady() {
 }
 
 bool SweepGuard::may_remove(const store::UnusedBlobs& unused, std::chrono::seconds older_than) {
-  const auto origin = stores_.jobs.origin();
-  store_errors_.note(origin);
+  const auto origin = store_errors_.noted(stores_.jobs.origin());
   if (!origin || has_grace(unused, older_than, *origin)) return false;
   next_line_.reset();
   if (!origin->doubted) return true;
@@ -100,11 +97,9 @@ bool SweepGuard::has_grace(const store::UnusedBlobs& unused, std::chrono::second
 
 // Many that ended jobs have used are no reason for doubt.
 bool SweepGuard::are_unknown(std::chrono::seconds older_than) {
-  const auto known = stores_.jobs.known_blobs();
-  store_errors_.note(known);
+  const auto known = store_errors_.noted(stores_.jobs.known_blobs());
   if (!known) return true;
-  const auto unknown = stores_.blobs.count_unused(*known, older_than);
-  store_errors_.note(unknown);
+  const auto unknown = store_errors_.noted(stores_.blobs.count_unused(*known, older_than));
   return !unknown || unknown->number >= kMostUnknown;
 }
 
@@ -137,10 +132,7 @@ void Upkeep::tick() try {
   log_event("store", std::string("a sweep failed and will be repeated: ") + error.what());
 }
 
-store::Moment Upkeep::moment() const {
-  const auto now = stores_.jobs.time();
-  return {now, now + seconds(settings_.result_ttl_s)};
-}
+store::Moment Upkeep::moment() const { return stores_.jobs.moment(seconds(settings_.result_ttl_s)); }
 
 milliseconds Upkeep::sweep_interval() const {
   return std::min({kSweepInterval, seconds(settings_.result_ttl_s), seconds(settings_.mesh_ttl_s)});
@@ -156,8 +148,7 @@ void Upkeep::sweep_rows() {
     store_errors_.note(stores_.batches->sweep_batches(stores_.jobs.time() - seconds(settings_.result_ttl_s)));
   }
   store_errors_.note(stores_.jobs.sweep_jobs(moment(), settings_.max_kept_results));
-  const auto expired = stores_.meshes.sweep_meshes(stores_.jobs.time());
-  store_errors_.note(expired);
+  const auto expired = store_errors_.noted(stores_.meshes.sweep_meshes(stores_.jobs.time()));
   if (!expired) return;
   for (const store::BlobKey& mesh : *expired) unneeded_.add(mesh);
 }
@@ -174,33 +165,10 @@ void Upkeep::sweep_maps() {
 
 void Upkeep::sweep_blobs() {
   const seconds age = stores_.shared ? kUnusedSharedBlobs : kUnusedBlobs;
-  const auto used = stores_.jobs.used_blobs();
-  store_errors_.note(used);
+  const auto used = store_errors_.noted(stores_.jobs.used_blobs());
   if (!used) return;
-  const auto unused = stores_.blobs.count_unused(*used, age);
-  store_errors_.note(unused);
+  const auto unused = store_errors_.noted(stores_.blobs.count_unused(*used, age));
   if (unused && guard_.may_remove(*unused, age)) store_errors_.note(stores_.blobs.remove_unused(*used, age));
-}
-
-UpkeepThread::UpkeepThread(Upkeep& upkeep) : thread_([this, &upkeep] { run(upkeep); }) {}
-
-UpkeepThread::~UpkeepThread() {
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  wake_.notify_all();
-  thread_.join();
-}
-
-void UpkeepThread::run(Upkeep& upkeep) {
-  const NeverFails never_fails;
-  std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kTickInterval, [this] { return ending_; })) {
-    lock.unlock();
-    upkeep.tick();
-    lock.lock();
-  }
 }
 
 }  // namespace meshgauge::server

@@ -4,13 +4,10 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "server/measure/kept_blobs.h"
@@ -89,23 +86,6 @@ class Upkeep {
   Clock::time_point next_recovery_ = Clock::now();
   Clock::time_point next_sweep_ = Clock::now();
   Clock::time_point next_listing_ = Clock::now();
-};
-
-// Calls Upkeep::tick() once a second on a thread of its own, because that may block for the stores.
-class UpkeepThread {
- public:
-  explicit UpkeepThread(Upkeep& upkeep);  // borrows it
-  ~UpkeepThread();                        // waits for a tick that is under way
-  UpkeepThread(const UpkeepThread&) = delete;
-  UpkeepThread& operator=(const UpkeepThread&) = delete;
-
- private:
-  void run(Upkeep& upkeep);
-
-  std::mutex mutex_;  // guards ending_
-  std::condition_variable wake_;
-  bool ending_ = false;
-  std::thread thread_;
 };
 
 }  // namespace meshgauge::server

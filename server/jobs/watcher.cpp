@@ -205,8 +205,7 @@ void Watcher::poll(const Jobs& jobs) {
 void Watcher::poll_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
   std::vector<store::JobKey> keys;
   for (const auto& job : jobs) keys.push_back(job->key);
-  const auto rows = jobs_.get_many(keys);
-  store_errors_.note(rows);
+  const auto rows = store_errors_.noted(jobs_.get_many(keys));
   if (!rows) return;  // they are read again in a second
   std::map<std::string, const store::Job*> by_id;
   for (const store::Job& row : *rows) by_id[row.key.id] = &row;
@@ -248,9 +247,7 @@ void Watcher::cancel_left() {
 
 // false: the store did not take the request.
 bool Watcher::cancelled(LiveJob& job) {
-  const auto now = jobs_.time();
-  const auto state = jobs_.request_cancel(job.key, {now, now + keep_});
-  store_errors_.note(state);
+  const auto state = store_errors_.noted(jobs_.request_cancel(job.key, jobs_.moment(keep_)));
   if (!state) return false;
   if (*state == JobState::cancelled) metrics_.job_cancelled_early(job.request.options.strategy);
   return true;

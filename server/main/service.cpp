@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kServiceTick{50};
 
-void send(Exchange& exchange, std::string text, const char* type) {
-  exchange.response.content_type = type;
-  exchange.response.body = std::move(text);
-}
-
 // Cached maps leave map_cache_room_bytes free on the disk, for uploads and results.
 MapCache::Settings map_settings(const Settings& settings, const std::string& data_folder) {
   const std::string folder = data_folder + "/maps";
@@ -79,7 +74,7 @@ void Service::add_page_routes() {
   for (const char* page : {"/b/{}", "/c/{}"}) add(page, show_permanent_link);
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
-  add("/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  add("/openapi.yaml", [](Exchange& e) { answer_with(e, std::string(openapi_yaml()), 200, "application/yaml"); });
   add("/docs", show_reference);
   add("/docs/{}", send_reference_file);
 }
@@ -120,16 +115,6 @@ void Service::add_listing_routes() {
   router_.add("GET", "/v1/batches", [this](Exchange& e) { listings_->batches(e); }).takes_query = true;
 }
 
-std::uint64_t Service::free_bytes() const {
-  const auto bytes = stores_.blobs.free_bytes();
-  return bytes ? *bytes : 0;
-}
-
-std::uint64_t Service::stored_bytes() const {
-  const auto bytes = stores_.meshes.all_stored_bytes();
-  return bytes ? *bytes : 0;
-}
-
 void Service::watch_levels() {
   const auto watch = [this](Level level, auto read) {
     metrics_.watch(level, [read] { return static_cast<double>(read()); });
@@ -150,12 +135,14 @@ void Service::watch_levels() {
     watch(Level::map_cache_files, [this] { return stores_.maps->counters().files; });
   }
   watch(Level::event_streams, [this] { return comparisons_.watcher_count(); });
-  watch(Level::stored_bytes, [this] { return stored_bytes(); });
+  const auto or_none = [](const Result<std::uint64_t>& bytes) { return bytes ? *bytes : 0; };
+  watch(Level::stored_bytes, [this, or_none] { return or_none(stores_.meshes.all_stored_bytes()); });
   if (stores_.shared) {
     watch(Level::store_queue_depth, [this] { return jobs_.store_queue()->counts().queued; });
     watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue()->oldest_waiting_seconds(); });
   }
-  if (!stores_.shared) watch(Level::disk_free_bytes, [this] { return free_bytes(); });  // shared stores cannot tell
+  // Shared stores cannot tell.
+  if (!stores_.shared) watch(Level::disk_free_bytes, [this, or_none] { return or_none(stores_.blobs.free_bytes()); });
 }
 
 void Service::check_ready(Exchange& exchange) {

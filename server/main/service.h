@@ -2,12 +2,10 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "engine/result.h"
@@ -61,8 +59,6 @@ class Service {
   void add_listing_routes();
 
   void watch_levels();
-  std::uint64_t free_bytes() const;
-  std::uint64_t stored_bytes() const;
   void check_ready(Exchange& exchange);
 
   const Settings settings_;

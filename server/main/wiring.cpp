@@ -9,7 +9,7 @@
 
 #include "api/base/digest.h"
 #include "api/base/refused.h"
-#include "api/compare/compare.h"
+#include "api/compare/prepared_mesh.h"
 #include "server/base/heap.h"
 #include "server/http/upload.h"
 #include "server/observe/log.h"
@@ -59,12 +59,6 @@ store::DistributedSettings distributed(const Settings& settings) {
   return asked;
 }
 
-template <class Stores>
-Result<std::unique_ptr<store::AllStores>> opened(Result<std::unique_ptr<Stores>> stores) {
-  if (!stores) return stores.error();
-  return std::unique_ptr<store::AllStores>(std::move(*stores));
-}
-
 }  // namespace
 
 void set_up_process(const Settings& settings) {
@@ -76,8 +70,8 @@ void set_up_process(const Settings& settings) {
 }
 
 Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) {
-  if (is_distributed(settings)) return opened(store::DistributedStores::open(distributed(settings)));
-  return opened(store::EmbeddedStores::open({settings.data_dir, store::EmbeddedSettings().max_unrecorded, report}));
+  if (is_distributed(settings)) return store::AllStores::open_distributed(distributed(settings));
+  return store::AllStores::open_embedded({settings.data_dir, store::EmbeddedSettings().max_unrecorded, report});
 }
 
 Stores stores_of(store::AllStores& all, MeshCache& cache, MapCache* maps) {

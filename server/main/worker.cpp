@@ -9,6 +9,7 @@
 #include "api/base/digest.h"
 #include "api/base/refused.h"
 #include "server/access/entrance.h"
+#include "server/base/each_second.h"
 #include "server/handlers/readiness.h"
 #include "server/jobs/upkeep.h"
 #include "server/main/status_port.h"
@@ -102,7 +103,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   if (!port) return port.error();
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
   Upkeep upkeep(settings, stores, store_errors);
-  const UpkeepThread upkeep_thread(upkeep);
+  const EachSecond upkeep_thread([&upkeep] { upkeep.tick(); });
   stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
   worker.start();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);

@@ -24,6 +24,10 @@ std::optional<std::size_t> triangles_of(const nlohmann::json& document, const ch
   return document[pointer].get<std::size_t>();
 }
 
+Json json_of(const store::Progress& progress) {
+  return {{"lower", progress.lower}, {"upper", progress.upper}, {"stage", api::text_or_null(progress.stage)}};
+}
+
 }  // namespace
 
 Json gate_of(const store::Job& row) {
@@ -33,16 +37,14 @@ Json gate_of(const store::Job& row) {
 
 Json progress_of(const store::Job& row) {
   if (!row.progress || store::has_ended(row.state)) return nullptr;
-  return {{"lower", row.progress->lower},
-          {"upper", row.progress->upper},
-          {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
+  return json_of(*row.progress);
 }
 
 std::string problem_json(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;
   if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
   if (row.state != store::JobState::failed) return "null";
-  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
+  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error});
 }
 
 JobView as_told(const store::Job& row) {
@@ -61,7 +63,7 @@ JobView as_told(const store::Job& row) {
 }
 
 api::Problem cancelled_early() {
-  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
+  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read"};
 }
 
 std::string to_text(store::TimePoint time) { return api::to_utc_ms(time); }
@@ -99,11 +101,7 @@ std::string progress_json(const JobView& job) {
   const auto since =
       std::max(store::TimePoint::duration(0), row.finished.value_or(store::now()) - row.started.value_or(row.created));
   Json json{{"state", to_string(row.state)}};
-  const store::Progress none{0, std::numeric_limits<double>::infinity(), ""};
-  const store::Progress& progress = row.progress ? *row.progress : none;
-  json["lower"] = progress.lower;
-  json["upper"] = progress.upper;
-  json["stage"] = progress.stage.empty() ? Json(nullptr) : Json(progress.stage);
+  json.update(json_of(row.progress.value_or(store::Progress{0, std::numeric_limits<double>::infinity(), ""})));
   json["elapsed_ms"] = since.count();
   return json.dump();
 }

@@ -29,7 +29,7 @@ std::variant<StorageHold, Denial> hold_storage(Access& access, const Stores& sto
     if (!stored) failure = stored.error();
     return stored ? *stored : 0;
   });
-  if (failure) return Denial{api::to_problem(*failure), {}};
+  if (failure) return Denial{api::to_problem(*failure)};
   return hold;
 }
 
@@ -60,8 +60,7 @@ void UnneededBlobs::remove_some() {
       key = std::move(keys_.front());
       keys_.pop_front();
     }
-    const auto removed = remove_if_unreferenced(stores_, key);
-    store_errors_.note(removed);
+    const auto removed = store_errors_.noted(remove_if_unreferenced(stores_, key));
     if (removed) continue;
     const std::lock_guard lock(mutex_);
     return keys_.clear();

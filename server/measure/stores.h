@@ -39,6 +39,12 @@ class StoreErrors {
   void note(const auto& result) {
     if (!result) failed(result.error());
   }
+  // The same, for a result that is used: returns it.
+  template <class T>
+  Result<T> noted(Result<T> result) {
+    note(result);
+    return result;
+  }
 
  private:
   void failed(const Error& error);

@@ -158,6 +158,27 @@ void add_stages(JsonLine& line, const std::vector<api::Stage>& stages) {
   line.close();
 }
 
+// The trace is the client's, so that it continues from the front end that accepted the job to the worker that ran it.
+std::string job_line(const store::Job& row, const std::optional<MeshSizes>& triangles,
+                     const std::vector<api::Stage>& stages) {
+  JsonLine line = begin("job");
+  line.add("id", row.key.id);
+  if (!row.key.owner.empty()) line.add("key", row.key.owner);
+  if (!row.batch.empty()) line.add("batch", row.batch);
+  line.add("state", to_string(row.state)).add("tries", row.tries);
+  if (row.started && row.finished) {
+    line.add_ms("duration_ms", static_cast<double>((*row.finished - *row.started).count()));
+  }
+  if (const auto trace = parse_traceparent(row.trace)) {
+    line.add("trace_id", trace->trace_id).add("parent_id", trace->parent_id);
+  }
+  if (!row.problem.empty()) line.add("problem", problem_type_of(row));
+  if (!row.verdict.empty()) line.add("verdict", row.verdict);
+  if (triangles) add_triangles(line, *triangles);
+  if (!stages.empty()) add_stages(line, stages);
+  return std::move(line).finish();
+}
+
 }  // namespace
 
 std::string request_line(const Exchange& exchange, double seconds) {
@@ -181,31 +202,10 @@ std::string request_line(const Exchange& exchange, double seconds) {
 
 // Under overload most lines would tell of the same refusal.
 void log_request(const Exchange& exchange, double seconds) {
-  static const std::string overloaded = api::Problem{api::ProblemKind::overloaded, "", {}}.type();
-  static const std::string too_many = api::Problem{api::ProblemKind::too_many_requests, "", {}}.type();
+  static const std::string overloaded = api::Problem{api::ProblemKind::overloaded, ""}.type();
+  static const std::string too_many = api::Problem{api::ProblemKind::too_many_requests, ""}.type();
   const bool alike = exchange.failure.empty() && (exchange.problem == overloaded || exchange.problem == too_many);
   write_line([&] { return request_line(exchange, seconds); }, alike);
-}
-
-// The trace is the client's, so that it continues from the front end that accepted the job to the worker that ran it.
-std::string job_line(const store::Job& row, const std::optional<MeshSizes>& triangles,
-                     const std::vector<api::Stage>& stages) {
-  JsonLine line = begin("job");
-  line.add("id", row.key.id);
-  if (!row.key.owner.empty()) line.add("key", row.key.owner);
-  if (!row.batch.empty()) line.add("batch", row.batch);
-  line.add("state", to_string(row.state)).add("tries", row.tries);
-  if (row.started && row.finished) {
-    line.add_ms("duration_ms", static_cast<double>((*row.finished - *row.started).count()));
-  }
-  if (const auto trace = parse_traceparent(row.trace)) {
-    line.add("trace_id", trace->trace_id).add("parent_id", trace->parent_id);
-  }
-  if (!row.problem.empty()) line.add("problem", problem_type_of(row));
-  if (!row.verdict.empty()) line.add("verdict", row.verdict);
-  if (triangles) add_triangles(line, *triangles);
-  if (!stages.empty()) add_stages(line, stages);
-  return std::move(line).finish();
 }
 
 void log_job(const store::Job& row, const std::optional<MeshSizes>& triangles, const std::vector<api::Stage>& stages) {

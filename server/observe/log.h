@@ -17,8 +17,6 @@ void log_request(const Exchange& exchange, double seconds);          // `seconds
 std::string request_line(const Exchange& exchange, double seconds);  // the line of log_request()
 // Precondition: the job has ended. `triangles` of its meshes; nullopt: not known.
 void log_job(const store::Job& row, const std::optional<MeshSizes>& triangles, const std::vector<api::Stage>& stages);
-std::string job_line(const store::Job& row, const std::optional<MeshSizes>& triangles,
-                     const std::vector<api::Stage>& stages);              // the line of log_job()
 void log_listening(const std::string& address, const std::string& simd);  // `simd`: the instruction set in use
 void log_event(const std::string& event, const std::string& detail);
 std::uint64_t log_lines_dropped();  // since the start

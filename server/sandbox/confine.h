@@ -3,7 +3,6 @@
 
 #include <linux/filter.h>
 
-#include <string>
 #include <vector>
 
 #include "server/sandbox/protocol.h"

@@ -167,9 +167,7 @@ Result<std::optional<Blob>> BlobCache::blob_of(const Landed& landed) {
   const std::string path = "/proc/self/fd/" + std::to_string(landed.file->get());
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) return storage_error(errno, "the stored mesh cannot be read");
-  Result<Blob> blob = Blob::map(std::move(file));
-  if (!blob) return blob.error();
-  return std::optional(std::move(*blob));
+  return Blob::map(std::move(file));
 }
 
 std::optional<BlobCache::Stamp> BlobCache::stamp_of(int file) {
@@ -200,9 +198,7 @@ Result<std::optional<Blob>> BlobCache::open_kept(const std::string& name, const 
   }
   ++hits_;
   lock.unlock();
-  Result<Blob> blob = Blob::map(std::move(file));
-  if (!blob) return blob.error();
-  return std::optional(std::move(*blob));
+  return Blob::map(std::move(file));
 }
 
 // Reads the whole file; removes it if it is damaged or cannot be read.

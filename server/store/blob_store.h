@@ -41,7 +41,8 @@ class Blob {
   Blob& operator=(Blob&&) = delete;
   ~Blob();
 
-  static Result<Blob> map(Descriptor file);  // the whole file, which must not change any more
+  // Maps the whole file, which must not change any more: the blob that BlobStore::open() returns.
+  static Result<std::optional<Blob>> map(Descriptor file);
 
   std::uint64_t size() const { return bytes_.size(); }
   std::span<const std::byte> bytes() const { return bytes_; }

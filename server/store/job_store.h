@@ -254,6 +254,11 @@ class JobStore {
 
   // The clock of all processes that use this store. Never blocks.
   virtual TimePoint time() const { return now(); }
+  // This time, for a call that keeps the jobs which it ends for `keep`.
+  Moment moment(std::chrono::seconds keep) const {
+    const TimePoint at = time();
+    return {at, at + keep};
+  }
   // Whether this process is the one that calls recover(nullopt, ...) and the sweeps. Never blocks.
   virtual bool on_duty() { return true; }
 };

@@ -1,12 +1,11 @@
 #include "server/store/remote_blobs.h"
 
 #include "api/base/digest.h"
+#include "api/base/text.h"
 
 namespace meshgauge::server::store {
 
-bool is_blob_id(const std::string& id) {
-  return id.size() == 64 && id.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
+bool is_blob_id(const std::string& id) { return api::is_lower_hex(id, 64); }
 
 std::string blob_name(const BlobKey& key) {
   const std::string owner = api::sha256_hex(std::as_bytes(std::span(key.owner)));

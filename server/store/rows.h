@@ -35,6 +35,12 @@ inline std::optional<std::string> none_if_empty(const std::string& text) {
   return text.empty() ? std::nullopt : std::optional(text);
 }
 
+// A value of the progress for a column that is NULL without one.
+template <class Value>
+std::optional<Value> told(const std::optional<Progress>& progress, Value Progress::*member) {
+  return progress ? std::optional((*progress).*member) : std::nullopt;
+}
+
 // --- Jobs ---
 
 inline constexpr Sql kJobColumns(R"sql(
@@ -42,6 +48,11 @@ inline constexpr Sql kJobColumns(R"sql(
   expires_if_never_run, tries, worker, cancel_requested, started, finished, expires, lower, upper, stage, document,
   problem, last_error, batch, deadline, verdict, excused, bounds_by, client)sql");
 inline constexpr int kJobColumnCount = 31;
+// Of a row that is inserted; the others have their defaults.
+inline constexpr Sql kInsertedColumns(R"sql(
+      owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace, created,
+      expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished, expires, lower, upper, stage,
+      document, problem, last_error, verdict, work, bounds_by, client)sql");
 
 inline constexpr auto kFindJob = "SELECT" + kJobColumns + " FROM jobs WHERE owner = $1 AND id = $2";
 inline constexpr auto kFindIdempotentJob =

@@ -1,7 +1,6 @@
 #include "server/store/sqlite.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <utility>
 
 #include <sqlite3.h>

@@ -24,7 +24,7 @@ std::optional<std::string> equal_work(Connection& connection, const std::string&
 std::string job_for(Connection& connection, const BatchItem& item) {
   std::optional<std::string> there = equal_work(connection, item.job.key.owner, item.work);
   if (there) return *std::move(there);
-  insert_row(connection, item.job, item.work);
+  insert_row(connection, as_queued(item.job), item.work);
   return item.job.key.id;
 }
 
@@ -133,22 +133,6 @@ Result<InsertedBatch> SqliteStore::insert_batch(const NewBatch& batch) {
   return inserted;
 }
 
-Result<std::optional<Batch>> SqliteStore::get_batch(const JobKey& key) {
-  return readers_.read([&](Connection& connection) { return batch_of(find_batch(connection, key)); });
-}
-
-Result<std::optional<Batch>> SqliteStore::find_idempotent_batch(const std::string& owner,
-                                                                const std::string& idempotency_key) {
-  return readers_.read([&](Connection& connection) {
-    return batch_of(store::find_idempotent_batch(connection, owner, idempotency_key));
-  });
-}
-
-Result<std::vector<BatchRow>> SqliteStore::batch_rows(const JobKey& key, Rows which, std::uint64_t from,
-                                                      std::size_t most) {
-  return readers_.read([&](Connection& connection) { return find_batch_rows(connection, key, which, from, most); });
-}
-
 Result<bool> SqliteStore::cancel_batch(const JobKey& key, Moment moment) {
   const Result<std::uint64_t> items =
       writer_.write([&](Connection& connection) { return mark_cancelled(connection, key); }, Writer::Promise::removal);
@@ -181,10 +165,6 @@ Result<bool> SqliteStore::forget_batch(const JobKey& key) {
         return true;
       },
       Writer::Promise::removal);
-}
-
-Result<BatchStore::Load> SqliteStore::batch_load(const std::string& owner) {
-  return readers_.read([&](Connection& connection) { return count_batches(connection, owner); });
 }
 
 // One batch a transaction: other writes wait for it.

@@ -107,11 +107,10 @@ constexpr auto kHear = "UPDATE jobs SET" + kRenew + R"sql(
                        " RETURNING cancel_requested";
 
 Heartbeat hear(Connection& connection, const Beat& beat, TimePoint lease_until) {
-  const Token& token = beat.token;
-  const auto told = [&](auto member) { return beat.progress ? std::optional(*beat.progress.*member) : std::nullopt; };
-  Query row =
-      connection.query(kHear, token.key.owner, token.key.id, token.worker, token.tries, lease_until,
-                       told(&Progress::lower), told(&Progress::upper), told(&Progress::stage), told(&Progress::by));
+  const auto& [token, progress] = beat;
+  Query row = connection.query(kHear, token.key.owner, token.key.id, token.worker, token.tries, lease_until,
+                               told(progress, &Progress::lower), told(progress, &Progress::upper),
+                               told(progress, &Progress::stage), told(progress, &Progress::by));
   if (!row.next()) return Heartbeat::lost;
   return row.number(0) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
 }
@@ -132,23 +131,10 @@ bool end_job(Connection& connection, const Token& token, const Ending& ending) {
 constexpr auto kCancelJob =
     "UPDATE jobs SET" + kCancel + " WHERE owner = $1 AND id = $2 AND " + kCancellable + " RETURNING state";
 
-constexpr auto kInsertEnded = "INSERT INTO jobs (" + kJobColumns + R"sql(, rank)
+constexpr auto kInsertJob = "INSERT INTO jobs (" + kInsertedColumns + R"sql()
     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23,
-      $24, $25, $26, $27, $28, $29, $30, $31, $32)
+      $24, $25, $26, $27, $28, $29, $30, $31)
     ON CONFLICT DO NOTHING)sql";
-
-// Nothing changes if the job is there already.
-void insert_ended_row(Connection& connection, const Job& job) {
-  const std::optional<Progress>& at = job.progress;
-  connection
-      .query(kInsertEnded, job.key.owner, job.key.id, job.state, job.mesh_a, job.mesh_b, job.hints, job.options,
-             job.cost, none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created,
-             job.expires_if_never_run, job.tries, std::string(), job.cancel_requested, job.started, job.finished,
-             job.expires, at ? std::optional(at->lower) : std::nullopt, at ? std::optional(at->upper) : std::nullopt,
-             at ? std::optional(at->stage) : std::nullopt, job.document, job.problem, job.last_error, job.batch,
-             job.deadline, job.verdict, 0, at ? at->by : std::string(), client_of(job), rank_of(job))
-      .run();
-}
 
 // Moves the times of a mesh forward, never back.
 void use_mesh(Connection& connection, const BlobKey& key, TimePoint last_used, TimePoint expires) {
@@ -190,16 +176,15 @@ constexpr Sql kRemoveMeshes(R"sql(
 
 }  // namespace
 
-bool insert_row(Connection& connection, const NewJob& job, const std::string& work) {
+bool insert_row(Connection& connection, const Job& job, const std::string& work) {
+  const std::optional<Progress>& at = job.progress;
   return connection
-             .query(R"sql(
-    INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
-      created, expires_if_never_run, batch, deadline, work, client)
-    VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)
-    ON CONFLICT DO NOTHING)sql",
-                    job.key.owner, job.key.id, JobState::queued, job.mesh_a, job.mesh_b, job.hints, job.options,
+             .query(kInsertJob, job.key.owner, job.key.id, job.state, job.mesh_a, job.mesh_b, job.hints, job.options,
                     job.cost, rank_of(job), none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created,
-                    job.expires_if_never_run, job.batch, job.deadline, work, client_of(job))
+                    job.expires_if_never_run, job.batch, job.deadline, job.tries, job.cancel_requested, job.started,
+                    job.finished, job.expires, told(at, &Progress::lower), told(at, &Progress::upper),
+                    told(at, &Progress::stage), job.document, job.problem, job.last_error, job.verdict, work,
+                    at ? at->by : std::string(), client_of(job))
              .run() == 1;
 }
 
@@ -222,7 +207,8 @@ SqliteStore::SqliteStore(const SqliteSettings& settings, std::unique_ptr<Connect
 
 Result<Inserted> SqliteStore::insert(const NewJob& job) {
   auto inserted = writer_.write([&](Connection& connection) {
-    if (insert_row(connection, job, "")) return Inserted{as_queued(job), false, false};
+    Job queued = as_queued(job);
+    if (insert_row(connection, queued, "")) return Inserted{std::move(queued), false, false};
     return *existing_job(connection, job);
   });
   if (inserted && !inserted->existed) signals_.tell(Signal::Kind::work);
@@ -290,19 +276,10 @@ Result<std::optional<JobState>> SqliteStore::request_cancel(const JobKey& key, M
 
 Result<Done> SqliteStore::write(const WriteBehind::Batch& batch) {
   return writer_.write([&](Connection& connection) {
-    for (const auto& job : batch.jobs) insert_ended_row(connection, *job);
+    for (const auto& job : batch.jobs) insert_row(connection, *job, "");
     for (const auto& [mesh, touch] : batch.touches) use_mesh(connection, mesh, touch.last_used, touch.expires);
     return Done{};
   });
-}
-
-Result<std::optional<Job>> SqliteStore::get(const JobKey& key) {
-  if (const auto job = behind_.find(key)) return std::optional<Job>(*job);
-  return readers_.read([&](Connection& connection) { return find_job(connection, key); });
-}
-
-Result<std::optional<Job>> SqliteStore::find_idempotent(const std::string& owner, const std::string& idempotency_key) {
-  return readers_.read([&](Connection& connection) { return find_idempotent_job(connection, owner, idempotency_key); });
 }
 
 Result<bool> SqliteStore::forget(const JobKey& key) {
@@ -343,24 +320,9 @@ Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& 
   return queued;
 }
 
-Result<Counts> SqliteStore::counts() {
-  Result<Counts> counts = readers_.read(count_jobs<Connection>);
-  if (!counts) return counts;
-  behind_.add_to(*counts);
-  return counts;
-}
-
-Result<std::uint64_t> SqliteStore::unended(const std::string& owner, TimePoint now) {
-  return readers_.read([&](Connection& connection) { return count_unended(connection, owner, now); });
-}
-
 Result<std::vector<BlobKey>> SqliteStore::used_blobs() { return readers_.read(find_used_blobs<Connection>); }
 
 Result<std::vector<BlobKey>> SqliteStore::known_blobs() { return readers_.read(find_known_blobs<Connection>); }
-
-Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
-  return readers_.read([&](Connection& connection) { return connection.query(kUsesBlob, key.owner, key.id).next(); });
-}
 
 Result<std::uint64_t> SqliteStore::remove_in_portions(
     const std::function<Result<std::uint64_t>(std::int64_t most)>& remove) {
@@ -414,8 +376,6 @@ Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept)
   return SweptJobs{*expired, *over_cap, given_up->size()};
 }
 
-Result<Origin> SqliteStore::origin() { return readers_.read(find_origin<Connection>); }
-
 Result<Done> SqliteStore::doubt(std::optional<TimePoint> since) {
   return writer_.write([&](Connection& connection) {
     connection.query("UPDATE origin SET doubted = $1", since).run();
@@ -446,10 +406,6 @@ Result<PutMesh> SqliteStore::put_mesh(const MeshRow& row, const MeshQuota& quota
   });
 }
 
-Result<std::optional<MeshRow>> SqliteStore::get_mesh(const BlobKey& key) {
-  return readers_.read([&](Connection& connection) { return find_mesh(connection, key); });
-}
-
 Result<bool> SqliteStore::delete_mesh(const BlobKey& key) {
   return writer_.write(
       [&](Connection& connection) {
@@ -457,12 +413,6 @@ Result<bool> SqliteStore::delete_mesh(const BlobKey& key) {
       },
       Writer::Promise::removal);
 }
-
-Result<StoredMeshes> SqliteStore::stored(const std::string& owner) {
-  return readers_.read([&](Connection& connection) { return find_stored(connection, owner); });
-}
-
-Result<std::uint64_t> SqliteStore::all_stored_bytes() { return readers_.read(count_stored<Connection>); }
 
 // A mesh that was just used must stay, also when a full disk does not take the time of its use.
 Result<std::vector<BlobKey>> SqliteStore::sweep_meshes(TimePoint now) {
@@ -487,24 +437,6 @@ Result<std::vector<BlobKey>> SqliteStore::sweep_meshes(TimePoint now) {
   return removed;
 }
 
-Result<std::vector<MeshRow>> SqliteStore::list_meshes(const Page& page) {
-  return readers_.read([&](Connection& connection) { return store::list_meshes(connection, page); });
-}
-
-Result<std::vector<ListedJob>> SqliteStore::list_jobs(const Page& page) {
-  return readers_.read([&](Connection& connection) { return store::list_jobs(connection, page); });
-}
-
-Result<std::vector<ListedBatch>> SqliteStore::list_batches(const Page& page) {
-  return readers_.read([&](Connection& connection) { return store::list_batches(connection, page); });
-}
-
-Result<JobsOfOwner> SqliteStore::jobs_owned(const std::string& owner) {
-  return readers_.read([&](Connection& connection) { return count_jobs_of(connection, owner); });
-}
-
-Result<std::uint64_t> SqliteStore::batches_owned(const std::string& owner) {
-  return readers_.read([&](Connection& connection) { return count_batches_of(connection, owner); });
-}
+template class CommonStore<SqliteStore>;
 
 }  // namespace meshgauge::server::store

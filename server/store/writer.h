@@ -13,7 +13,6 @@
 #include <span>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "server/store/reserve.h"
 #include "server/store/sqlite.h"

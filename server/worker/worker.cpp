@@ -274,8 +274,7 @@ void Worker::claim(const Claim& what) {
 
 bool Worker::take_back_unsure() {
   while (!unsure_.empty()) {
-    const auto now = stores_.jobs.time();
-    const auto back = stores_.jobs.recover(unsure_.back(), "", {now, now + seconds(settings_.result_ttl_s)});
+    const auto back = stores_.jobs.recover(unsure_.back(), "", stores_.jobs.moment(seconds(settings_.result_ttl_s)));
     store_errors_.note(back);
     if (!back) return false;
     unsure_.pop_back();
@@ -361,8 +360,7 @@ void Worker::open(const HeldJobPtr& job) {
 // Whether its meshes are worth caching is optional: that error is only noted.
 std::optional<Error> Worker::look_up(LiveJob& job) {
   store_errors_.note(recognise_meshes(job, stores_.meshes));
-  const auto opened = open_blobs(job, stores_.blobs);
-  store_errors_.note(opened);
+  const auto opened = store_errors_.noted(open_blobs(job, stores_.blobs));
   return opened ? std::nullopt : std::optional(opened.error());
 }
 

@@ -105,7 +105,7 @@ int main(int count, char** arguments) {
   const std::string folder = std::string(count > 1 ? arguments[1] : "/tmp") + "/store_bench-" + api::random_id();
   const double seconds = count > 2 ? std::atof(arguments[2]) : 3;
   {
-    const auto stores = got(EmbeddedStores::open({folder}));
+    const auto stores = got(AllStores::open_embedded({folder}));
     measure_jobs(stores->jobs(), seconds);
     measure_records(stores->jobs(), seconds);
     measure_reads(stores->jobs(), seconds);
@@ -113,7 +113,7 @@ int main(int count, char** arguments) {
     measure_blobs(stores->blobs(), seconds, 20'000'000, 1);
   }
   const Clock::time_point start = Clock::now();
-  const auto stores = got(EmbeddedStores::open({folder}));
+  const auto stores = got(AllStores::open_embedded({folder}));
   std::printf("%-34s %.1f ms, database of %lu bytes\n", "start", 1e3 * seconds_since(start),
               static_cast<unsigned long>(std::filesystem::file_size(folder + "/jobs.sqlite")));
   const Clock::time_point sweep = Clock::now();

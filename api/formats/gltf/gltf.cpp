@@ -128,14 +128,12 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
 }
 
 void add_remarks(const GltfDocument& document, const GltfContainer& container, ReadMesh& read) {
-  const auto add = [&](const std::string& what, std::size_t count) {
-    if (count != 0) read.notes.remarks.push_back(what + ": " + std::to_string(count));
+  const auto has_other_media_type = [](const GltfBuffer& buffer) {
+    return buffer.uri.starts_with("data:") && !buffer.fallback && !has_gltf_media_type(buffer.uri);
   };
-  add("bytes after the end of the GLB, ignored", container.trailing);
-  add("buffers in data URIs of another media type than a glTF allows",
-      static_cast<std::size_t>(std::ranges::count_if(document.buffers, [](const GltfBuffer& buffer) {
-        return buffer.uri.starts_with("data:") && !buffer.fallback && !has_gltf_media_type(buffer.uri);
-      })));
+  read.notes.add_remark("bytes after the end of the GLB, ignored", container.trailing);
+  read.notes.add_remark("buffers in data URIs of another media type than a glTF allows",
+                        static_cast<std::size_t>(std::ranges::count_if(document.buffers, has_other_media_type)));
   read.notes.remarks.insert(read.notes.remarks.end(), document.remarks.begin(), document.remarks.end());
   read.unread = document.unread;
 }

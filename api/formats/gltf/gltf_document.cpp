@@ -174,8 +174,17 @@ class Checker {
   bool value(const json& in, const Field& field, const Path& path, json& out);
   bool integer(const json& in, double most, const Path& path, json& out);
   bool numbers(const json& in, std::size_t count, const Path& path, json& out);
-  bool objects(const json& in, std::span<const Field> fields, const Path& path, json& out);
-  bool indices(const json& in, const Path& path, json& out);
+  // Copies an array by copy(item, place, out) of each item. `of`: what the items are, in words.
+  template <class Copy>
+  bool array(const json& in, const char* of, const Path& path, json& out, const Copy& copy) {
+    if (!in.is_array()) return fail(path, std::string("expected an array of ") + of);
+    out = json::array();
+    for (const json& item : in) {
+      json& its = out.emplace_back();
+      if (!copy(item, Path{&path, "", out.size() - 1}, its)) return false;
+    }
+    return true;
+  }
   bool texts(const json& in, const Path& path, json& out);
   bool fail(const Path& path, const std::string& what, ErrorCode code = ErrorCode::unreadable_mesh) {
     const std::string where = path.words();
@@ -206,16 +215,6 @@ bool Checker::numbers(const json& in, std::size_t count, const Path& path, json&
   return true;
 }
 
-bool Checker::indices(const json& in, const Path& path, json& out) {
-  if (!in.is_array()) return fail(path, "expected an array of indices");
-  out = json::array();
-  for (const json& item : in) {
-    json& copy = out.emplace_back();
-    if (!integer(item, std::numeric_limits<std::int32_t>::max(), {&path, "", out.size() - 1}, copy)) return false;
-  }
-  return true;
-}
-
 bool Checker::texts(const json& in, const Path& path, json& out) {
   if (!in.is_array() || !std::ranges::all_of(in, [](const json& item) { return item.is_string(); })) {
     return fail(path, "expected an array of strings");
@@ -224,32 +223,28 @@ bool Checker::texts(const json& in, const Path& path, json& out) {
   return true;
 }
 
-bool Checker::objects(const json& in, std::span<const Field> fields, const Path& path, json& out) {
-  if (!in.is_array()) return fail(path, "expected an array of objects");
-  out = json::array();
-  for (const json& item : in) {
-    json& copy = out.emplace_back();
-    if (!object(item, fields, {&path, "", out.size() - 1}, copy)) return false;
-  }
-  return true;
-}
-
 bool Checker::value(const json& in, const Field& field, const Path& path, json& out) {
+  const auto index = [this](const json& item, const Path& place, json& copy) {
+    return integer(item, std::numeric_limits<std::int32_t>::max(), place, copy);
+  };
+  const auto member = [&](const json& item, const Path& place, json& copy) {
+    return object(item, field.members, place, copy);
+  };
   switch (field.kind) {
     case Kind::index:
-      return integer(in, std::numeric_limits<std::int32_t>::max(), path, out);
+      return index(in, path, out);
     case Kind::size:
       return integer(in, 0x1p53, path, out);
     case Kind::numbers:
       return numbers(in, field.count, path, out);
     case Kind::indices:
-      return indices(in, path, out);
+      return array(in, "indices", path, out, index);
     case Kind::texts:
       return texts(in, path, out);
     case Kind::object:
-      return object(in, field.members, path, out);
+      return member(in, path, out);
     case Kind::objects:
-      return objects(in, field.members, path, out);
+      return array(in, "objects", path, out, member);
     case Kind::more_joints:
       return fail(path, "more than 16 joints a vertex are not supported; save the model with at most 16",
                   ErrorCode::unsupported_format);

@@ -401,18 +401,17 @@ std::size_t Scene::nodes_left_out() const {
 }
 
 void Scene::add_remarks() {
-  const auto add = [this](const char* what, std::size_t count) {
-    if (count != 0) out_.notes.remarks.push_back(what + (": " + std::to_string(count)));
-  };
-  add("bufferViews with elements where glTF does not allow them (offset or byteStride)", file_.views.odd());
-  add("corners of incomplete last triangles, left out", counts_.left_over);
-  add("nodes outside the scene whose mesh is also in it, left out", nodes_left_out());
-  add("primitives decoded from Draco", draco_.size());
-  add("bufferViews decompressed by meshopt", file_.views.decompressed());
-  add("meshes skinned to the pose that the file stores", counts_.skinned.size());
-  add("meshes with morph targets, taken at their default weights", counts_.morphed.size());
-  add("nodes with a mesh that KHR_node_visibility hides, left out", counts_.hidden);
-  add("instances by EXT_mesh_gpu_instancing", counts_.instances);
+  ReadNotes& notes = out_.notes;
+  notes.add_remark("bufferViews with elements where glTF does not allow them (offset or byteStride)",
+                   file_.views.odd());
+  notes.add_remark("corners of incomplete last triangles, left out", counts_.left_over);
+  notes.add_remark("nodes outside the scene whose mesh is also in it, left out", nodes_left_out());
+  notes.add_remark("primitives decoded from Draco", draco_.size());
+  notes.add_remark("bufferViews decompressed by meshopt", file_.views.decompressed());
+  notes.add_remark("meshes skinned to the pose that the file stores", counts_.skinned.size());
+  notes.add_remark("meshes with morph targets, taken at their default weights", counts_.morphed.size());
+  notes.add_remark("nodes with a mesh that KHR_node_visibility hides, left out", counts_.hidden);
+  notes.add_remark("instances by EXT_mesh_gpu_instancing", counts_.instances);
 }
 
 }  // namespace

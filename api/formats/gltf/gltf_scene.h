@@ -1,7 +1,6 @@
 // The surface of a glTF: the meshes of its scene, placed by its nodes.
 #pragma once
 
-#include "api/formats/file/source.h"
 #include "api/formats/gltf/gltf_file.h"
 
 namespace meshgauge::api {

@@ -417,10 +417,8 @@ void BodyReader<Values>::add_remarks() {
     out_.notes.remarks.push_back("header lines that begin with an unknown word, ignored: " +
                                  std::to_string(header_.unknown_lines) + ", the first with " + header_.first_unknown);
   }
-  if (const std::size_t lines = values_.longer_records(); lines != 0) {
-    out_.notes.remarks.push_back("lines with more values than the header announces, the others ignored: " +
-                                 std::to_string(lines));
-  }
+  out_.notes.add_remark("lines with more values than the header announces, the others ignored",
+                        values_.longer_records());
 }
 
 template <class Values>

@@ -255,17 +255,14 @@ std::string undeclared_prefixes(const MfDocument& document) {
 }
 
 void add_remarks(std::size_t renamed, const ZipArchive& archive, const MfDocument& document,
-                 std::vector<std::string>& remarks) {
-  if (renamed != 0) {
-    remarks.push_back("names in the archive with '\\' between folders, read as '/': " + std::to_string(renamed));
-  }
+                 ReadNotes& notes) {
+  notes.add_remark("names in the archive with '\\' between folders, read as '/'", renamed);
   if (!document.undeclared.empty()) {
-    remarks.push_back("prefixes that are not declared, their elements and attributes ignored: " +
-                      undeclared_prefixes(document));
+    notes.remarks.push_back("prefixes that are not declared, their elements and attributes ignored: " +
+                            undeclared_prefixes(document));
   }
-  if (const std::size_t unused = unused_models(archive, document); unused != 0) {
-    remarks.push_back("models in the archive that the root model does not use, not read: " + std::to_string(unused));
-  }
+  notes.add_remark("models in the archive that the root model does not use, not read",
+                   unused_models(archive, document));
 }
 
 }  // namespace
@@ -282,7 +279,7 @@ Result<ReadMesh> read_3mf(const Source& source) {
   const auto volumes = read_3mf_volumes(source, *archive);
   if (!volumes) return volumes.error();
   auto read = Placer(source, *document, *volumes).run();
-  if (read) add_remarks(*renamed, *archive, *document, read->notes.remarks);
+  if (read) add_remarks(*renamed, *archive, *document, read->notes);
   return read;
 }
 

@@ -39,6 +39,12 @@ constexpr Topic kTopics[] = {{"beamlattice", "a beam lattice"},      {"slice", "
                              {"volumetric", "volumetric content"},   {"implicit", "implicit surfaces"},
                              {"displacement", "displaced surfaces"}, {"alternatives", "alternative objects"}};
 
+// Returns the name of a part in a path: without the leading slash of an absolute name.
+std::string_view part_name(std::string_view path) {
+  while (path.starts_with('/')) path.remove_prefix(1);
+  return path;
+}
+
 bool is_understood(std::string_view name_space) {
   return std::ranges::find(kUnderstood, name_space) != std::end(kUnderstood);
 }
@@ -467,11 +473,6 @@ Result<Done> read_3mf_model(const Source& source, ZipArchive& archive, std::size
   const std::string name = document.parts[part];  // a copy, since `parts` grows
   ModelReader reader(source, part, document);
   return read_xml(source, archive, name, reader);
-}
-
-std::string_view part_name(std::string_view path) {
-  while (path.starts_with('/')) path.remove_prefix(1);
-  return path;
 }
 
 }  // namespace meshgauge::api

@@ -69,7 +69,4 @@ struct MfDocument {
 // namespaces in objects and in the build as unread. Errors also: too many vertices or triangles.
 Result<Done> read_3mf_model(const Source& source, ZipArchive& archive, std::size_t part, MfDocument& document);
 
-// Returns the name of a part in a path: without the leading slash of an absolute name.
-std::string_view part_name(std::string_view path);
-
 }  // namespace meshgauge::api

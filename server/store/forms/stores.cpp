@@ -1,5 +1,7 @@
 #include "server/store/forms/stores.h"
 
+#include "server/store/blob_cache.h"
+#include "server/store/file_blobs.h"
 #include "server/store/postgres/pg_blobs.h"
 #include "server/store/postgres/shared_reservations.h"
 #include "server/store/s3/s3_blobs.h"
@@ -17,10 +19,10 @@ Result<std::unique_ptr<RemoteBlobs>> remote_blobs(const DistributedSettings& set
 
 }  // namespace
 
-Result<std::unique_ptr<EmbeddedStores>> EmbeddedStores::open(const EmbeddedSettings& settings) {
+Result<std::unique_ptr<AllStores>> AllStores::open_embedded(const EmbeddedSettings& settings) {
   Result<DataFolder> folder = DataFolder::open(settings.data_folder);
   if (!folder) return folder.error();
-  std::unique_ptr<EmbeddedStores> stores(new EmbeddedStores(std::move(*folder)));
+  std::unique_ptr<AllStores> stores(new AllStores(std::move(*folder), false));
   Result<std::unique_ptr<FileBlobs>> blobs = FileBlobs::open(stores->data_folder() + "/blobs", &stores->reserve_);
   if (!blobs) return blobs.error();
   stores->blobs_ = std::move(*blobs);
@@ -32,21 +34,22 @@ Result<std::unique_ptr<EmbeddedStores>> EmbeddedStores::open(const EmbeddedSetti
     store = SqliteStore::open(sqlite);
   }
   if (!store) return store.error();
-  stores->store_ = std::move(*store);
+  stores->database_ = std::move(*store);
   stores->reserve_.restore();  // a later write tries again
   return stores;
 }
 
-Result<std::unique_ptr<DistributedStores>> DistributedStores::open(const DistributedSettings& settings) {
+Result<std::unique_ptr<AllStores>> AllStores::open_distributed(const DistributedSettings& settings) {
   Result<DataFolder> folder = DataFolder::open(settings.data_folder);
   if (!folder) return folder.error();
-  std::unique_ptr<DistributedStores> stores(new DistributedStores(std::move(*folder)));
+  std::unique_ptr<AllStores> stores(new AllStores(std::move(*folder), true));
   Result<std::unique_ptr<PostgresStore>> store =
       PostgresStore::open({settings.database, settings.max_connections, settings.call_timeout, settings.duty_grace,
                            settings.max_unrecorded, settings.report});
   if (!store) return store.error();
-  stores->store_ = std::move(*store);
-  Result<std::unique_ptr<RemoteBlobs>> remote = remote_blobs(settings, *stores->store_);
+  PostgresStore& database = **store;
+  stores->database_ = std::move(*store);
+  Result<std::unique_ptr<RemoteBlobs>> remote = remote_blobs(settings, database);
   if (!remote) return remote.error();
   Result<std::unique_ptr<BlobCache>> cache =
       BlobCache::open(stores->data_folder() + "/cache", settings.blob_cache_bytes);

@@ -9,10 +9,8 @@
 #include <utility>
 
 #include "server/store/batch_store.h"
-#include "server/store/blob_cache.h"
 #include "server/store/blob_store.h"
 #include "server/store/data_folder.h"
-#include "server/store/file_blobs.h"
 #include "server/store/job_store.h"
 #include "server/store/listings.h"
 #include "server/store/mesh_index.h"
@@ -24,50 +22,15 @@
 
 namespace meshgauge::server::store {
 
-class AllStores {
- public:
-  virtual ~AllStores() = default;
-
-  virtual JobStore& jobs() = 0;
-  virtual MeshIndex& meshes() = 0;
-  virtual BatchStore& batches() = 0;
-  virtual Listings& listings() = 0;
-  virtual BlobStore& blobs() = 0;
-  virtual Signals& signals() = 0;
-  virtual bool shared() const = 0;  // other processes use these stores, too
-  virtual const std::string& data_folder() const = 0;
-};
-
+// The form on this machine: a folder with a database and files.
 struct EmbeddedSettings {
   std::string data_folder;
   std::size_t max_unrecorded = 10'000;  // records that are held while they cannot be written
   Report report = {};                   // gets a line when an older schema was migrated
 };
 
-// The stores of one machine: a folder with a database and files.
-class EmbeddedStores final : public AllStores {
- public:
-  static Result<std::unique_ptr<EmbeddedStores>> open(const EmbeddedSettings& settings);
-
-  JobStore& jobs() override { return *store_; }
-  MeshIndex& meshes() override { return *store_; }
-  BatchStore& batches() override { return *store_; }
-  Listings& listings() override { return *store_; }
-  BlobStore& blobs() override { return *blobs_; }
-  Signals& signals() override { return store_->signals(); }
-  bool shared() const override { return false; }
-  const std::string& data_folder() const override { return folder_.path(); }
-
- private:
-  explicit EmbeddedStores(DataFolder folder) : folder_(std::move(folder)), reserve_(folder_.path() + "/reserve") {}
-
-  DataFolder folder_;  // holds the lock, so it is destroyed last
-  Reserve reserve_;
-  std::unique_ptr<FileBlobs> blobs_;
-  std::unique_ptr<SqliteStore> store_;
-};
-
-// The settings of the same names (server/settings/settings.h).
+// The form that several machines share: jobs, results and meshes' rows in PostgreSQL; blobs in S3 or in PostgreSQL,
+// with a cache of files on each machine. The settings of the same names (server/settings/settings.h).
 struct DistributedSettings {
   std::string database;
   std::string blobs;  // "": in the database; or s3://BUCKET/PREFIX
@@ -83,29 +46,29 @@ struct DistributedSettings {
   Report report = {};                            // gets lines about outages of the database and of S3
 };
 
-// The stores that several machines share: jobs, results and meshes' rows in PostgreSQL; blobs in S3 or in PostgreSQL,
-// with a cache of files on each machine.
-class DistributedStores final : public AllStores {
+class AllStores {
  public:
-  static Result<std::unique_ptr<DistributedStores>> open(const DistributedSettings& settings);
+  static Result<std::unique_ptr<AllStores>> open_embedded(const EmbeddedSettings& settings);
+  static Result<std::unique_ptr<AllStores>> open_distributed(const DistributedSettings& settings);
 
-  JobStore& jobs() override { return *store_; }
-  MeshIndex& meshes() override { return *store_; }
-  BatchStore& batches() override { return *store_; }
-  Listings& listings() override { return *store_; }
-  BlobStore& blobs() override { return *blobs_; }
-  Signals& signals() override { return store_->signals(); }
-  bool shared() const override { return true; }
-  const std::string& data_folder() const override { return folder_.path(); }
-
-  const CachedBlobs& cached_blobs() const { return *blobs_; }
+  JobStore& jobs() { return *database_; }
+  MeshIndex& meshes() { return *database_; }
+  BatchStore& batches() { return *database_; }
+  Listings& listings() { return *database_; }
+  BlobStore& blobs() { return *blobs_; }
+  Signals& signals() { return database_->signals(); }
+  bool shared() const { return shared_; }  // other processes use these stores, too
+  const std::string& data_folder() const { return folder_.path(); }
 
  private:
-  explicit DistributedStores(DataFolder folder) : folder_(std::move(folder)) {}
+  AllStores(DataFolder folder, bool shared)
+      : shared_(shared), folder_(std::move(folder)), reserve_(folder_.path() + "/reserve") {}
 
+  const bool shared_;
   DataFolder folder_;  // holds the lock, so it is destroyed last
-  std::unique_ptr<PostgresStore> store_;
-  std::unique_ptr<CachedBlobs> blobs_;  // may use the store's connections
+  Reserve reserve_;    // of the embedded form
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<BlobStore> blobs_;  // may use the database's connections
 };
 
 }  // namespace meshgauge::server::store

@@ -20,14 +20,13 @@ void lock_batches_of(PgConnection& connection, const std::string& owner) {
 }
 
 bool insert_head(PgConnection& connection, const NewBatch& batch) {
-  const std::optional<std::string> idempotency_key =
-      batch.idempotency_key.empty() ? std::nullopt : std::optional(batch.idempotency_key);
   return connection
              .query(R"sql(
     INSERT INTO batches (owner, id, name, idempotency_key, fingerprint, created)
     VALUES ($1, $2, $3, $4, $5, $6)
     ON CONFLICT DO NOTHING)sql",
-                    batch.key.owner, batch.key.id, batch.name, idempotency_key, batch.fingerprint, batch.created)
+                    batch.key.owner, batch.key.id, batch.name, none_if_empty(batch.idempotency_key), batch.fingerprint,
+                    batch.created)
              .changed() == 1;
 }
 
@@ -67,14 +66,6 @@ JobsByWork find_work(PgConnection& connection, const NewBatch& batch) {
   return jobs;
 }
 
-Job queued_job(const NewBatch& batch, const NewJob& asked) {
-  Job job;
-  static_cast<NewJob&>(job) = asked;
-  job.key.owner = batch.key.owner;
-  job.batch = batch.key.id;
-  return job;
-}
-
 void insert_items(PgConnection& connection, const NewBatch& batch) {
   JobsByWork known = find_work(connection, batch);
   std::vector<JobRow> rows;
@@ -84,7 +75,7 @@ void insert_items(PgConnection& connection, const NewBatch& batch) {
     names.push_back(item.name);
     jobs.push_back(found == known.end() ? item.job.key.id : found->second);
     if (found != known.end()) continue;
-    rows.push_back({queued_job(batch, item.job), item.work});
+    rows.push_back({as_queued(item.job), item.work});
     if (!item.work.empty()) known.emplace(item.work, item.job.key.id);
   }
   if (!rows.empty() && insert_rows(connection, rows) != rows.size()) {
@@ -229,23 +220,6 @@ Result<InsertedBatch> PostgresStore::insert_batch(const NewBatch& batch) {
   return inserted;
 }
 
-Result<std::optional<Batch>> PostgresStore::get_batch(const JobKey& key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return batch_of(find_batch(connection, key)); });
-}
-
-Result<std::optional<Batch>> PostgresStore::find_idempotent_batch(const std::string& owner,
-                                                                  const std::string& idempotency_key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    return batch_of(store::find_idempotent_batch(connection, owner, idempotency_key));
-  });
-}
-
-Result<std::vector<BatchRow>> PostgresStore::batch_rows(const JobKey& key, Rows which, std::uint64_t from,
-                                                        std::size_t most) {
-  return pool_.run(Promise::fleeting,
-                   [&](PgConnection& connection) { return find_batch_rows(connection, key, which, from, most); });
-}
-
 Result<Done> PostgresStore::cancel_jobs_of(const JobKey& key, std::uint64_t items, Moment moment) {
   for (std::uint64_t from = 0; from < items; from += kItemPortion) {
     const Result<std::vector<JobKey>> running = pool_.run(
@@ -280,10 +254,6 @@ Result<Done> PostgresStore::cancel_the_rest(Moment moment) {
     if (const Result<bool> cancelled = cancel_batch(key, moment); !cancelled) return cancelled.error();
   }
   return Done{};
-}
-
-Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_batches(connection, owner); });
 }
 
 Result<bool> PostgresStore::forget_batch(const JobKey& key) {

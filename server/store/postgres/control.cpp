@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
+#include "api/base/digest.h"
 #include "server/base/heap.h"
 
 namespace meshgauge::server::store {
@@ -29,14 +31,7 @@ constexpr std::string_view kKinds = "wcxm";  // in the order of Signal::Kind
 constexpr std::string_view kDigits = "0123456789abcdef";
 constexpr std::size_t kLongest = 7000;  // PostgreSQL takes less than 8000 bytes
 
-std::string hex_of(const std::string& text) {
-  std::string hex;
-  for (const char c : text) {
-    hex += kDigits[static_cast<unsigned char>(c) >> 4];
-    hex += kDigits[static_cast<unsigned char>(c) & 15];
-  }
-  return hex;
-}
+std::string hex_of(const std::string& text) { return api::to_hex(std::as_bytes(std::span(text))); }
 
 std::optional<std::string> text_of(std::string_view hex) {
   if (hex.size() % 2 != 0 || hex.find_first_not_of(kDigits) != std::string_view::npos) return std::nullopt;

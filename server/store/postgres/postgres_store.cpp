@@ -45,11 +45,22 @@ template <class Time, class Class>
 auto times(std::span<const JobRow> rows, Time Class::*member) {
   return column(rows, [member](const JobRow& row) { return ms(row.job.*member); });
 }
-auto reals(std::span<const JobRow> rows, double Progress::*member) {
-  return column(rows, [member](const JobRow& row) {
-    return row.job.progress ? std::optional((*row.job.progress).*member) : std::nullopt;
-  });
+template <class Member>
+auto column(std::span<const JobRow> rows, Member Progress::*member) {
+  return column(rows, [member](const JobRow& row) { return told(row.job.progress, member); });
 }
+
+constexpr auto kInsertJobs = "INSERT INTO jobs (" + kInsertedColumns + R"sql()
+    SELECT owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
+      created, expires_if_never_run, batch, deadline, tries, cancel_requested <> 0, started, finished, expires, lower,
+      upper, stage, document, problem, last_error, verdict, work, bounds_by, client
+    FROM unnest($1::bytea[], $2::bytea[], $3::int8[], $4::bytea[], $5::bytea[], $6::bytea[], $7::bytea[], $8::int8[],
+        $9::int8[], $10::bytea[], $11::bytea[], $12::bytea[], $13::int8[], $14::int8[], $15::bytea[], $16::int8[],
+        $17::int8[], $18::int8[], $19::int8[], $20::int8[], $21::int8[], $22::float8[], $23::float8[], $24::bytea[],
+        $25::bytea[], $26::bytea[], $27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[], $31::bytea[])
+      WITH ORDINALITY AS given ()sql" + kInsertedColumns + R"sql(, place)
+    ORDER BY place
+    ON CONFLICT DO NOTHING)sql";
 
 constexpr auto kCancelByKey =
     "UPDATE jobs SET" + kCancel + " WHERE owner = $1 AND id = $2 AND " + kCancellable + " RETURNING state";
@@ -156,34 +167,13 @@ std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows
       times(rows, &NewJob::expires_if_never_run), column(rows, &NewJob::batch), times(rows, &NewJob::deadline),
       column(rows, number([](const JobRow& row) { return row.job.tries; })),
       column(rows, number([](const JobRow& row) { return row.job.cancel_requested; })), times(rows, &Job::started),
-      times(rows, &Job::finished), times(rows, &Job::expires), reals(rows, &Progress::lower),
-      reals(rows, &Progress::upper),
-      column(
-          rows,
-          [](const JobRow& row) { return row.job.progress ? std::optional(row.job.progress->stage) : std::nullopt; }),
-      column(rows, &Job::document), column(rows, &Job::problem), column(rows, &Job::last_error),
-      column(rows, &Job::verdict), column(rows, &JobRow::work),
+      times(rows, &Job::finished), times(rows, &Job::expires), column(rows, &Progress::lower),
+      column(rows, &Progress::upper), column(rows, &Progress::stage), column(rows, &Job::document),
+      column(rows, &Job::problem), column(rows, &Job::last_error), column(rows, &Job::verdict),
+      column(rows, &JobRow::work),
       column(rows, [](const JobRow& row) { return row.job.progress ? row.job.progress->by : std::string(); }),
       column(rows, [](const JobRow& row) { return client_of(row.job); }));
-  return connection
-      .query(R"sql(
-    INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
-      created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished, expires, lower, upper,
-      stage, document, problem, last_error, verdict, work, bounds_by, client)
-    SELECT owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
-      created, expires_if_never_run, batch, deadline, tries, cancel_requested <> 0, started, finished, expires, lower,
-      upper, stage, document, problem, last_error, verdict, work, bounds_by, client
-    FROM unnest($1::bytea[], $2::bytea[], $3::int8[], $4::bytea[], $5::bytea[], $6::bytea[], $7::bytea[], $8::int8[],
-        $9::int8[], $10::bytea[], $11::bytea[], $12::bytea[], $13::int8[], $14::int8[], $15::bytea[], $16::int8[],
-        $17::int8[], $18::int8[], $19::int8[], $20::int8[], $21::int8[], $22::float8[], $23::float8[], $24::bytea[],
-        $25::bytea[], $26::bytea[], $27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[], $31::bytea[])
-      WITH ORDINALITY AS given (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key,
-        fingerprint, trace, created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished,
-        expires, lower, upper, stage, document, problem, last_error, verdict, work, bounds_by, client, place)
-    ORDER BY place
-    ON CONFLICT DO NOTHING)sql",
-             values)
-      .changed();
+  return connection.query(kInsertJobs, values).changed();
 }
 
 Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSettings& settings) {
@@ -239,11 +229,6 @@ Result<Done> PostgresStore::write(const WriteBehind::Batch& batch) {
   });
 }
 
-Result<std::optional<Job>> PostgresStore::get(const JobKey& key) {
-  if (const auto job = behind_.find(key)) return std::optional<Job>(*job);
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_job(connection, key); });
-}
-
 Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
   std::vector<Job> jobs;
   std::vector<std::string> owners, ids;
@@ -262,14 +247,6 @@ Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
   jobs.insert(jobs.end(), stored->begin(), stored->end());
   return jobs;
 }
-
-Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& owner,
-                                                          const std::string& idempotency_key) {
-  return pool_.run(Promise::fleeting,
-                   [&](PgConnection& connection) { return find_idempotent_job(connection, owner, idempotency_key); });
-}
-
-Result<Origin> PostgresStore::origin() { return pool_.run(Promise::fleeting, find_origin<PgConnection>); }
 
 Result<Done> PostgresStore::doubt(std::optional<TimePoint> since) {
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
@@ -290,10 +267,6 @@ Result<Done> PostgresStore::check() {
 
 Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {
   return pool_.run(Promise::durable, [&](PgConnection& connection) { return put(connection, row, quota); });
-}
-
-Result<std::optional<MeshRow>> PostgresStore::get_mesh(const BlobKey& key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_mesh(connection, key); });
 }
 
 Result<std::vector<MeshRow>> PostgresStore::known_meshes(const std::string& owner, std::span<const std::string> ids) {
@@ -318,14 +291,6 @@ Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
   });
 }
 
-Result<StoredMeshes> PostgresStore::stored(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_stored(connection, owner); });
-}
-
-Result<std::uint64_t> PostgresStore::all_stored_bytes() {
-  return pool_.run(Promise::fleeting, count_stored<PgConnection>);
-}
-
 // One owner at a time; locks the owner's sum first, as put_mesh() does.
 Result<std::vector<BlobKey>> PostgresStore::sweep_meshes(TimePoint now) {
   Result<Done> flushed = flush();  // a mesh that was just used must stay
@@ -339,26 +304,6 @@ Result<std::vector<BlobKey>> PostgresStore::sweep_meshes(TimePoint now) {
   }
 }
 
-Result<std::vector<MeshRow>> PostgresStore::list_meshes(const Page& page) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_meshes(connection, page); });
-}
-
-Result<std::vector<ListedJob>> PostgresStore::list_jobs(const Page& page) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_jobs(connection, page); });
-}
-
-Result<std::vector<ListedBatch>> PostgresStore::list_batches(const Page& page) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return store::list_batches(connection, page); });
-}
-
-Result<JobsOfOwner> PostgresStore::jobs_owned(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_jobs_of(connection, owner); });
-}
-
-Result<std::uint64_t> PostgresStore::batches_owned(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_batches_of(connection, owner); });
-}
-
 Result<Migrated> migrate_database(const std::string& database) {
   try {
     return pg_migrate(*PgConnection::open(database), pg_schema_steps());
@@ -366,5 +311,7 @@ Result<Migrated> migrate_database(const std::string& database) {
     return to_error(failure);
   }
 }
+
+template class CommonStore<PostgresStore>;
 
 }  // namespace meshgauge::server::store

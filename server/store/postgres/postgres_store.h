@@ -8,9 +8,7 @@
 #include <span>
 #include <string>
 
-#include "server/store/batch_store.h"
-#include "server/store/listings.h"
-#include "server/store/mesh_index.h"
+#include "server/store/common_store.h"
 #include "server/store/migrated.h"
 #include "server/store/postgres/control.h"
 #include "server/store/postgres/pool.h"
@@ -27,13 +25,13 @@ struct PostgresSettings {
   Report report = {};                            // gets lines about outages
 };
 
-class PostgresStore final : public JobStore, public MeshIndex, public BatchStore, public Listings {
+class PostgresStore final : public CommonStore<PostgresStore> {
  public:
   // Migrates the schema first if needed; the report gets a line about that.
   static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
   ~PostgresStore() override = default;  // writes what record() was given, if it can be written
 
-  Signals& signals() { return control_; }
+  Signals& signals() override { return control_; }
   PgPool& pool() { return pool_; }
 
   Result<Inserted> insert(const NewJob& job) override;
@@ -43,57 +41,37 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;
   Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override;
-  void record(Job ended) override { behind_.record(std::move(ended)); }
-  Result<Done> flush() override { return behind_.flush(); }
-  Result<std::optional<Job>> get(const JobKey& key) override;
   Result<std::vector<Job>> get_many(std::span<const JobKey> keys) override;
-  Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) override;
   Result<bool> forget(const JobKey& key) override;
   Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                    Moment moment) override;
-  Result<Counts> counts() override;
-  Result<std::uint64_t> unended(const std::string& owner, TimePoint now) override;
   Result<std::vector<BlobKey>> used_blobs() override;
   Result<std::vector<BlobKey>> known_blobs() override;
-  Result<bool> uses_blob(const BlobKey& key) override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
-  Result<Origin> origin() override;
   Result<Done> doubt(std::optional<TimePoint> since) override;
   Result<Done> check() override;
   TimePoint time() const override { return control_.time(); }
   bool on_duty() override { return control_.on_duty(); }
 
   Result<PutMesh> put_mesh(const MeshRow& row, const MeshQuota& quota) override;
-  Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
   Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids) override;
-  void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override {
-    behind_.touch(key, {last_used, expires});
-  }
   Result<bool> delete_mesh(const BlobKey& key) override;
-  Result<StoredMeshes> stored(const std::string& owner) override;
-  Result<std::uint64_t> all_stored_bytes() override;
   Result<std::vector<BlobKey>> sweep_meshes(TimePoint now) override;
 
   Result<InsertedBatch> insert_batch(const NewBatch& batch) override;
-  Result<std::optional<Batch>> get_batch(const JobKey& key) override;
-  Result<std::optional<Batch>> find_idempotent_batch(const std::string& owner,
-                                                     const std::string& idempotency_key) override;
-  Result<std::vector<BatchRow>> batch_rows(const JobKey& key, Rows which, std::uint64_t from,
-                                           std::size_t most) override;
   Result<bool> cancel_batch(const JobKey& key, Moment moment) override;
-  Result<Load> batch_load(const std::string& owner) override;
   Result<bool> forget_batch(const JobKey& key) override;
   Result<std::uint64_t> sweep_batches(TimePoint ended_before) override;
 
-  Result<std::vector<MeshRow>> list_meshes(const Page& page) override;
-  Result<std::vector<ListedJob>> list_jobs(const Page& page) override;
-  Result<std::vector<ListedBatch>> list_batches(const Page& page) override;
-  Result<JobsOfOwner> jobs_owned(const std::string& owner) override;
-  Result<std::uint64_t> batches_owned(const std::string& owner) override;
-
  private:
+  friend class CommonStore<PostgresStore>;
+
   PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns);
 
+  template <class Work>
+  auto read(Work work) {
+    return pool_.run(Promise::fleeting, work);
+  }
   Result<Done> write(const WriteBehind::Batch& batch);
   void tell_handed_back(const JobKey& key, JobState state, bool in_batch);
   Result<std::uint64_t> remove_in_portions(
@@ -105,6 +83,8 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   PgControl control_;
   WriteBehind behind_;  // destroyed first: it writes until then
 };
+
+extern template class CommonStore<PostgresStore>;
 
 // `meshgauge migrate`: migrates the database to this version's schema.
 Result<Migrated> migrate_database(const std::string& database);

@@ -127,10 +127,10 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
     ids.push_back(token.key.id);
     workers.push_back(token.worker);
     tries.push_back(token.tries);
-    lowers.push_back(progress ? std::optional(progress->lower) : std::nullopt);
-    uppers.push_back(progress ? std::optional(progress->upper) : std::nullopt);
-    stages.push_back(progress ? std::optional(progress->stage) : std::nullopt);
-    engines.push_back(progress ? std::optional(progress->by) : std::nullopt);
+    lowers.push_back(told(progress, &Progress::lower));
+    uppers.push_back(told(progress, &Progress::upper));
+    stages.push_back(told(progress, &Progress::stage));
+    engines.push_back(told(progress, &Progress::by));
   }
   PgRows row = connection.query(kHearBeats, owners, ids, workers, tries, lowers, uppers, stages, engines, lease_until);
   Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), {}};

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 #include "engine/result.h"
 #include "server/store/migrated.h"

@@ -123,28 +123,12 @@ Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>
   return std::vector<Job>();
 }
 
-Result<Counts> PostgresStore::counts() {
-  Result<Counts> counts = pool_.run(Promise::fleeting, count_jobs<PgConnection>);
-  if (!counts) return counts;
-  behind_.add_to(*counts);
-  return counts;
-}
-
-Result<std::uint64_t> PostgresStore::unended(const std::string& owner, TimePoint now) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_unended(connection, owner, now); });
-}
-
 Result<std::vector<BlobKey>> PostgresStore::used_blobs() {
   return pool_.run(Promise::fleeting, find_used_blobs<PgConnection>, kLonger);
 }
 
 Result<std::vector<BlobKey>> PostgresStore::known_blobs() {
   return pool_.run(Promise::fleeting, find_known_blobs<PgConnection>, kLonger);
-}
-
-Result<bool> PostgresStore::uses_blob(const BlobKey& key) {
-  return pool_.run(Promise::fleeting,
-                   [&](PgConnection& connection) { return connection.query(kUsesBlob, key.owner, key.id).next(); });
 }
 
 Result<std::uint64_t> PostgresStore::remove_in_portions(

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "api/base/digest.h"
+#include "api/base/text.h"
 #include "api/base/utc.h"
 #include "server/store/s3/signature.h"
 
@@ -218,8 +219,7 @@ std::string error_code_of(const net::HttpAnswer& answer) {
   if (answer.body.empty()) return "";
   const auto document = parsed_xml(answer.body);
   std::string code = document ? text_of(document->child("Error"), "Code") : "";
-  std::erase_if(
-      code, [](char c) { return (c < 'a' || c > 'z') && (c < 'A' || c > 'Z') && (c < '0' || c > '9') && c != '.'; });
+  std::erase_if(code, [](char c) { return !api::is_letter(c) && !api::is_digit(c) && c != '.'; });
   return code.substr(0, kMaxCode);
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "api/base/refused.h"
+#include "api/base/utf8.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -46,7 +47,7 @@ bool is_prefix(std::string_view prefix) {
     if (part.empty() || part == "." || part == "..") return false;
     begin = end + 1;
   }
-  return std::none_of(prefix.begin(), prefix.end(), [](char c) { return c >= 0 && (c < ' ' || c == '\x7f'); });
+  return find_control(prefix) == std::string::npos;
 }
 
 struct Freed {

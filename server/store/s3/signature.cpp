@@ -10,14 +10,13 @@
 #include <stdexcept>
 
 #include "api/base/digest.h"
+#include "api/base/text.h"
 #include "api/base/utc.h"
 
 namespace meshgauge::server::store {
 namespace {
 
 constexpr const char* kAlgorithm = "AWS4-HMAC-SHA256";
-constexpr const char* kLowerHex = "0123456789abcdef";
-constexpr const char* kUpperHex = "0123456789ABCDEF";
 
 std::string hmac(std::string_view key, std::string_view text) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
@@ -28,16 +27,6 @@ std::string hmac(std::string_view key, std::string_view text) {
     throw std::runtime_error("the cryptographic library has no HMAC");
   }
   return {reinterpret_cast<const char*>(digest.data()), size};
-}
-
-std::string hex(std::string_view bytes) {
-  std::string text;
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    text += kLowerHex[byte >> 4];
-    text += kLowerHex[byte & 15];
-  }
-  return text;
 }
 
 std::string sha256(std::string_view text) { return api::sha256_hex(std::as_bytes(std::span(text))); }
@@ -71,18 +60,7 @@ std::string signing_key(const std::string& secret, const std::string& day, const
 }  // namespace
 
 std::string uri_encoded(std::string_view text, bool keep_slashes) {
-  std::string encoded;
-  for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-                       c == '.' || c == '_' || c == '~' || (keep_slashes && c == '/');
-    const auto byte = static_cast<unsigned char>(c);
-    if (plain) {
-      encoded += c;
-    } else {
-      encoded += {'%', kUpperHex[byte >> 4], kUpperHex[byte & 15]};
-    }
-  }
-  return encoded;
+  return api::percent_encoded(text, keep_slashes ? "-._~/" : "-._~");
 }
 
 std::string canonical_query(const NamedTexts& query) {
@@ -108,9 +86,10 @@ NamedTexts signed_headers(const UnsignedRequest& request, const S3Credentials& c
   const std::string scope = day + "/" + region + "/s3/aws4_request";
   const std::string to_sign =
       std::string(kAlgorithm) + "\n" + date + "\n" + scope + "\n" + sha256(canonical_request(request, with_host));
+  const std::string signature = hmac(signing_key(credentials.secret_key, day, region), to_sign);
   headers.emplace_back("authorization", std::string(kAlgorithm) + " Credential=" + credentials.access_key + "/" +
                                             scope + ",SignedHeaders=" + names_of(with_host) + ",Signature=" +
-                                            hex(hmac(signing_key(credentials.secret_key, day, region), to_sign)));
+                                            api::to_hex(std::as_bytes(std::span(signature))));
   return headers;
 }
 

@@ -18,9 +18,11 @@ std::string line(int position, const std::string& state = "failed") {
          state + R"(","verdict":null,"result":null,"problem":{"type":"urn:meshgauge:problem:empty-mesh"}})" + "\n";
 }
 
-struct Taken final : BatchLineSink {
-  explicit Taken(std::size_t comparisons) : results(comparisons, *this) { results.begin(); }
-  void take(BatchLine taken) override { lines.push_back(std::move(taken)); }
+struct Taken {
+  explicit Taken(std::size_t comparisons)
+      : results(comparisons, [this](BatchLine taken) { lines.push_back(std::move(taken)); }) {
+    results.begin();
+  }
 
   std::vector<BatchLine> lines;
   BatchResults results;

@@ -38,7 +38,7 @@ std::string content(const std::string& name) {
 class Victim {
  public:
   Victim(const std::string& folder, int round, int promises)
-      : prefix_(std::to_string(round) + "-"), promises_(promises), stores_(EmbeddedStores::open({folder})) {}
+      : prefix_(std::to_string(round) + "-"), promises_(promises), stores_(AllStores::open_embedded({folder})) {}
 
   void run() {
     if (!stores_) return promise("failed", stores_.error().message);
@@ -114,7 +114,7 @@ class Victim {
 
   const std::string prefix_;
   const int promises_;
-  Result<std::unique_ptr<EmbeddedStores>> stores_;
+  Result<std::unique_ptr<AllStores>> stores_;
 };
 
 using Promises = std::vector<std::pair<std::string, std::string>>;
@@ -165,7 +165,7 @@ void check_job(JobStore& jobs, const std::string& what, const JobKey& key, bool 
   }
 }
 
-void check_promises(EmbeddedStores& stores, const Promises& promises) {
+void check_promises(AllStores& stores, const Promises& promises) {
   const std::set<std::pair<std::string, std::string>> all(promises.begin(), promises.end());
   for (const auto& [what, name] : promises) {
     CAPTURE(what);
@@ -211,7 +211,7 @@ TEST_CASE("crash: acknowledged data is there, complete") {
     const auto after = std::chrono::milliseconds(std::uniform_int_distribution<int>(5, 150)(dice));
     const Promises promises = kill_one(data, round, after);
     promised += promises.size();
-    const auto stores = got(EmbeddedStores::open({data}));
+    const auto stores = got(AllStores::open_embedded({data}));
     got(stores->jobs().recover("victim", "it was killed", {at(3), at(100)}));
     check_promises(*stores, promises);
     check_promises(*stores, earlier);

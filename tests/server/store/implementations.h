@@ -40,13 +40,13 @@ class EmbeddedForTests {
   Signals& signals() { return stores_->signals(); }
   void reopen() {
     stores_.reset();
-    stores_ = got(EmbeddedStores::open({folder_ / "data", 50}));
+    stores_ = got(AllStores::open_embedded({folder_ / "data", 50}));
   }
   const TestFolder& folder() const { return folder_; }
 
  private:
   TestFolder folder_;
-  std::unique_ptr<EmbeddedStores> stores_;
+  std::unique_ptr<AllStores> stores_;
 };
 
 inline TimePoint at(std::int64_t seconds) { return TimePoint(std::chrono::seconds(1'700'000'000 + seconds)); }

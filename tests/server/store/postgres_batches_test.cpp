@@ -39,7 +39,7 @@ TEST_CASE("large batches: removed within a call's time, though PostgreSQL's esti
   end_all(stores);
   DistributedSettings settings = stores.settings("hasty");
   settings.call_timeout = 1s;
-  const auto hasty = got(DistributedStores::open(settings));
+  const auto hasty = got(AllStores::open_distributed(settings));
   CHECK(got(hasty->batches().forget_batch({"ann", "b"})));
   CHECK(number_in(*connection, "SELECT count(*) FROM jobs") == 10'003);
   CHECK(got(hasty->batches().sweep_batches(at(10))) == 2);
@@ -102,7 +102,7 @@ TEST_CASE("outages: errors name no details, the report has the whole text, once"
     const std::lock_guard lock(mutex);
     lines.push_back(line);
   };
-  const auto stores = got(DistributedStores::open(settings));
+  const auto stores = got(AllStores::open_distributed(settings));
   // A slow machine may not get an answer in so short a time, nor notice that the server is away.
   const auto told = [&] {
     const Result<Done> checked = stores->jobs().check();

@@ -39,8 +39,8 @@ class PostgresForTests {
   const std::string& database() const { return database_; }
 
   // Another process, with a folder of that name.
-  std::unique_ptr<DistributedStores> open(const std::string& folder) const {
-    return got(DistributedStores::open(settings(folder)));
+  std::unique_ptr<AllStores> open(const std::string& folder) const {
+    return got(AllStores::open_distributed(settings(folder)));
   }
   DistributedSettings settings(const std::string& folder) const {
     DistributedSettings settings;
@@ -55,7 +55,7 @@ class PostgresForTests {
  private:
   const std::string database_;
   TestFolder folder_;
-  std::unique_ptr<DistributedStores> stores_;
+  std::unique_ptr<AllStores> stores_;
 };
 
 }  // namespace meshgauge::server::store

@@ -144,7 +144,7 @@ TEST_CASE("connections: a process without one leaves the duty to another") {
   DistributedSettings settings = stores.settings("frugal");
   settings.database = role.connection_string();
   settings.call_timeout = 500ms;
-  auto first = got(DistributedStores::open(settings));
+  auto first = got(AllStores::open_distributed(settings));
   REQUIRE(eventually([&] { return first->jobs().on_duty(); }));
   CHECK_FALSE(stores.jobs().on_duty());
   role.allow(0);

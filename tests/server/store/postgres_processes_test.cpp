@@ -1,4 +1,4 @@
-// Several processes on one database: each is a DistributedStores of its own, as each has connections of its own.
+// Several processes on one database: each has its own AllStores, as each has connections of its own.
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -123,7 +123,7 @@ TEST_CASE("processes: none is on duty soon after trouble") {
   PostgresForTests stores;
   DistributedSettings settings = stores.settings("other");
   settings.duty_grace = 1h;
-  const auto patient = got(DistributedStores::open(settings));
+  const auto patient = got(AllStores::open_distributed(settings));
   CHECK_FALSE(patient->jobs().on_duty());
   std::this_thread::sleep_for(300ms);
   CHECK_FALSE(patient->jobs().on_duty());  // and keeps no other process from it meanwhile

@@ -148,7 +148,7 @@ TEST_CASE("trouble: calls wait for a stopped database for the call_timeout, and 
   DistributedSettings settings = all.settings("impatient");
   settings.call_timeout = 1500ms;
   settings.duty_grace = 0ms;
-  const auto stores = got(DistributedStores::open(settings));
+  const auto stores = got(AllStores::open_distributed(settings));
   insert(stores->jobs(), new_job("ann", "before"));
   SUBCASE("stopped") { server.stop(); }
   SUBCASE("killed") { server.kill(); }
@@ -171,7 +171,7 @@ TEST_CASE("trouble: a commit without the standby is not acknowledged") {
   PostgresForTests all;
   DistributedSettings settings = all.settings("impatient");
   settings.call_timeout = 1500ms;
-  const auto stores = got(DistributedStores::open(settings));
+  const auto stores = got(AllStores::open_distributed(settings));
   demand_standby(all.database());
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
   CHECK(got(stores->jobs().counts()).queued == 0);  // it is invisible, and reading does not block
@@ -189,14 +189,14 @@ TEST_CASE("trouble: a commit without the standby is not acknowledged") {
 
 TEST_CASE("trouble: nor to another process that finds it") {
   PostgresForTests all;
-  std::vector<std::unique_ptr<DistributedStores>> stores;
+  std::vector<std::unique_ptr<AllStores>> stores;
   for (const char* name : {"one", "other"}) {
     DistributedSettings settings = all.settings(name);
     settings.call_timeout = 250ms;
-    stores.push_back(got(DistributedStores::open(settings)));
+    stores.push_back(got(AllStores::open_distributed(settings)));
   }
   // Once acknowledged: whether it existed.
-  const auto found = [](DistributedStores& there) -> Result<bool> {
+  const auto found = [](AllStores& there) -> Result<bool> {
     const auto inserted = there.batches().insert_batch(new_batch("ann", "b", 1));
     return inserted ? Result<bool>(inserted->existed) : inserted.error();
   };
@@ -225,7 +225,7 @@ TEST_CASE("trouble: sixteen callers rarely deadlock, and none fails") {
     errors.insert(result.error().message);
   };
   for_a_while(800ms, 16, [&](int thread, int turn) {
-    DistributedStores* there = other.get();
+    AllStores* there = other.get();
     JobStore& jobs = thread % 2 == 0 ? stores.jobs() : there->jobs();
     BatchStore& batches = thread % 2 == 0 ? stores.batches() : there->batches();
     const std::string id = std::to_string(thread) + "-" + std::to_string(turn);
@@ -278,7 +278,7 @@ TEST_CASE("trouble: with more callers than connections all are served") {
   DistributedSettings settings = stores.settings("other");
   settings.max_connections = 2;
   settings.call_timeout = 60s;
-  const auto few = got(DistributedStores::open(settings));
+  const auto few = got(AllStores::open_distributed(settings));
   std::atomic<int> failed{0};
   for_a_while(300ms, 12, [&](int thread, int turn) {
     if (!few->jobs().insert(new_job("ann", std::to_string(thread) + "-" + std::to_string(turn)))) ++failed;
@@ -293,7 +293,7 @@ TEST_CASE("trouble: touches of many meshes are one statement, at any latency") {
   PostgresForTests stores;
   DistributedSettings settings = stores.settings("other");
   settings.max_unrecorded = 5000;
-  const auto other = got(DistributedStores::open(settings));
+  const auto other = got(AllStores::open_distributed(settings));
   const auto connection = PgConnection::open(stores.database());
   connection->execute(
       "INSERT INTO meshes SELECT 'ann', convert_to(n::text, 'UTF8'), 1, '', '', 0, 0, 0 FROM generate_series(1, 4000) "

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "implementations.h"
+#include "server/store/file_blobs.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -89,7 +90,7 @@ int insert_until_full(JobStore& jobs, const std::string& prefix) {
   return 0;
 }
 
-void check_full(EmbeddedStores& stores, const std::string& blobs_folder) {
+void check_full(AllStores& stores, const std::string& blobs_folder) {
   JobStore& jobs = stores.jobs();
   const BlobKey small = key_of("ann", "small");
   got(stores.blobs().put(small, bytes_of("small")));
@@ -116,7 +117,7 @@ void check_full(EmbeddedStores& stores, const std::string& blobs_folder) {
   CHECK(got(jobs.counts()).unrecorded == 1);
 }
 
-void check_recovered(EmbeddedStores& stores) {
+void check_recovered(AllStores& stores) {
   got(stores.jobs().check());
   got(stores.blobs().check());
   got(stores.jobs().flush());
@@ -132,7 +133,7 @@ TEST_CASE("trouble: a full disk is an error, nothing is stored by half, and room
   const SmallDisk disk;
   if (!disk) return;
   {
-    const auto stores = got(EmbeddedStores::open({disk.path() + "/data"}));
+    const auto stores = got(AllStores::open_embedded({disk.path() + "/data"}));
     disk.fill(700'000);
     check_full(*stores, disk.path() + "/data/blobs");
     disk.fill(0);
@@ -143,7 +144,7 @@ TEST_CASE("trouble: a full disk is an error, nothing is stored by half, and room
     disk.make_room();
     check_recovered(*stores);
   }
-  const auto stores = got(EmbeddedStores::open({disk.path() + "/data"}));
+  const auto stores = got(AllStores::open_embedded({disk.path() + "/data"}));
   CHECK(got(stores->jobs().get({"ann", "unrecorded"}))->document.size() == 3'000'000);
   CHECK(got(stores->jobs().get({"ann", "afterwards"})).has_value());
 }
@@ -151,7 +152,7 @@ TEST_CASE("trouble: a full disk is an error, nothing is stored by half, and room
 TEST_CASE("trouble: rows are removed from a full disk, though all room is taken again after each removal") {
   const SmallDisk disk;
   if (!disk) return;
-  const auto stores = got(EmbeddedStores::open({disk.path() + "/data"}));
+  const auto stores = got(AllStores::open_embedded({disk.path() + "/data"}));
   JobStore& jobs = stores->jobs();
   constexpr int kJobs = 300;
   for (int i = 0; i < kJobs; ++i) {
@@ -178,7 +179,7 @@ TEST_CASE("trouble: rows are removed from a full disk, though all room is taken 
 TEST_CASE("trouble: a record that a full disk does not take can be forgotten") {
   const SmallDisk disk;
   if (!disk) return;
-  const auto stores = got(EmbeddedStores::open({disk.path() + "/data"}));
+  const auto stores = got(AllStores::open_embedded({disk.path() + "/data"}));
   disk.fill(0);
   const Job job = ended_job("ann", "1");
   stores->jobs().record(job);
@@ -194,24 +195,24 @@ TEST_CASE("trouble: a restart on a full disk works, and what fills it can be rem
   const SmallDisk disk;
   if (!disk) return;
   {
-    const auto stores = got(EmbeddedStores::open({disk.path() + "/data"}));
+    const auto stores = got(AllStores::open_embedded({disk.path() + "/data"}));
     got(stores->jobs().insert(new_job("ann", "1")));
     stores->jobs().record(ended_job("ann", "2"));
   }
   disk.fill(0);
   {
-    const auto stores = got(EmbeddedStores::open({disk.path() + "/data"}));
+    const auto stores = got(AllStores::open_embedded({disk.path() + "/data"}));
     disk.fill(0);
     CHECK(got(stores->jobs().forget({"ann", "2"})));
   }
   disk.make_room();
-  CHECK(got(got(EmbeddedStores::open({disk.path() + "/data"}))->jobs().get({"ann", "1"})).has_value());
+  CHECK(got(got(AllStores::open_embedded({disk.path() + "/data"}))->jobs().get({"ann", "1"})).has_value());
 }
 
 TEST_CASE("trouble: the limit on file size is like a full disk") {
   EmbeddedForTests for_tests;
   const std::string data = for_tests.folder() / "data2";
-  const auto stores = got(EmbeddedStores::open({data}));
+  const auto stores = got(AllStores::open_embedded({data}));
   {
     const SmallFiles limit(1'000'000);
     check_full(*stores, data + "/blobs");
@@ -225,7 +226,7 @@ TEST_CASE("trouble: a read-only disk is an error for writes, and can be read") {
   const std::unique_ptr<FileBlobs> blobs = got(FileBlobs::open(disk.path() + "/blobs"));
   const BlobKey key = key_of("ann", "x");
   got(blobs->put(key, bytes_of("x")));
-  got(got(EmbeddedStores::open({disk.path() + "/data"}))->jobs().insert(new_job("ann", "1")));
+  got(got(AllStores::open_embedded({disk.path() + "/data"}))->jobs().insert(new_job("ann", "1")));
   REQUIRE(disk.make_read_only(true));
   for (const Result<BlobPut>& put : {blobs->put(key_of("ann", "y"), bytes_of("y")), blobs->put(key, bytes_of("x"))}) {
     REQUIRE_FALSE(put.ok());
@@ -238,12 +239,12 @@ TEST_CASE("trouble: a read-only disk is an error for writes, and can be read") {
   CHECK_FALSE(blobs->check().ok());
   CHECK(text_of(*got(blobs->open(key))) == "x");
   for (const char* name : {"/data", "/new"}) {
-    const Result<std::unique_ptr<EmbeddedStores>> stores = EmbeddedStores::open({disk.path() + name});
+    const Result<std::unique_ptr<AllStores>> stores = AllStores::open_embedded({disk.path() + name});
     REQUIRE_FALSE(stores.ok());
     CHECK(stores.error().code == ErrorCode::storage_unavailable);
     CHECK(stores.error().message.find("Read-only file system") != std::string::npos);
   }
   REQUIRE(disk.make_read_only(false));
   CHECK(got(blobs->put(key_of("ann", "y"), bytes_of("y"))) == BlobPut::created);
-  CHECK(got(got(EmbeddedStores::open({disk.path() + "/data"}))->jobs().get({"ann", "1"})).has_value());
+  CHECK(got(got(AllStores::open_embedded({disk.path() + "/data"}))->jobs().get({"ann", "1"})).has_value());
 }

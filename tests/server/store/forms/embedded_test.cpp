@@ -26,7 +26,7 @@ std::string path_of(const EmbeddedForTests& stores, const BlobKey& key) {
 }
 
 std::string refusal_of(const std::string& folder) {
-  const Result<std::unique_ptr<EmbeddedStores>> stores = EmbeddedStores::open({folder});
+  const Result<std::unique_ptr<AllStores>> stores = AllStores::open_embedded({folder});
   REQUIRE_FALSE(stores.ok());
   return stores.error().message;
 }
@@ -40,7 +40,7 @@ TEST_CASE("embedded: files are private to their user") {
   const std::string data = folder / "new/data/";  // created with its parents
   const mode_t before = ::umask(0);
   {
-    const auto stores = got(EmbeddedStores::open({data}));
+    const auto stores = got(AllStores::open_embedded({data}));
     got(stores->jobs().insert(new_job("ann", "1")));
     got(stores->blobs().put(key_of("ann", "x"), bytes_of("x")));
     int files = 0;
@@ -63,7 +63,7 @@ TEST_CASE("embedded: no name of an owner is in a path") {
 
 TEST_CASE("embedded: a folder belongs to one process until its end") {
   const TestFolder folder;
-  auto stores = got(EmbeddedStores::open({folder / "data"}));
+  auto stores = got(AllStores::open_embedded({folder / "data"}));
   const std::string refusal = refusal_of(folder / "data");
   CHECK(contains(refusal,
                  "'" + folder.path() + "/data' is used by another process (" + std::to_string(::getpid()) + ")"));
@@ -71,13 +71,13 @@ TEST_CASE("embedded: a folder belongs to one process until its end") {
   // A killed process leaves the folder free.
   const pid_t child = ::fork();
   if (child == 0) {
-    const auto held = EmbeddedStores::open({folder / "data"});
+    const auto held = AllStores::open_embedded({folder / "data"});
     ::_exit(held.ok() ? 0 : 1);
   }
   int status = 0;
   CHECK(::waitpid(child, &status, 0) == child);
   CHECK(status == 0);
-  CHECK(EmbeddedStores::open({folder / "data"}).ok());
+  CHECK(AllStores::open_embedded({folder / "data"}).ok());
 }
 
 TEST_CASE("embedded: a folder that is no folder, or cannot be created, is an error") {
@@ -147,7 +147,7 @@ TEST_CASE("embedded: a damaged database is refused by name") {
   }
   SUBCASE("a page overwritten") {
     {
-      const auto stores = got(EmbeddedStores::open({folder / "data"}));
+      const auto stores = got(AllStores::open_embedded({folder / "data"}));
       for (int i = 0; i < 200; ++i) stores->jobs().record(ended_job("ann", std::to_string(i)));
     }
     std::fstream file(database, std::ios::in | std::ios::out | std::ios::binary);
@@ -160,7 +160,7 @@ TEST_CASE("embedded: a damaged database is refused by name") {
   }
   SUBCASE("cut short") {
     {
-      const auto stores = got(EmbeddedStores::open({folder / "data"}));
+      const auto stores = got(AllStores::open_embedded({folder / "data"}));
       for (int i = 0; i < 200; ++i) stores->jobs().record(ended_job("ann", std::to_string(i)));
     }
     fs::resize_file(database, fs::file_size(database) / 2);
