@@ -162,8 +162,8 @@ bool is_about_limits(std::string_view option) {
 }
 
 bool has_limit(const ComparisonOptions& options) {
-  return std::ranges::any_of(
-      kLimits, [&](const LimitOption& one) { return one.is_limit && !one.write(options).is_null(); });
+  return std::ranges::any_of(kLimits,
+                             [&](const LimitOption& one) { return one.is_limit && !one.write(options).is_null(); });
 }
 
 bool uncertainty_fits(const ComparisonOptions& options) {

@@ -57,9 +57,9 @@ std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
   if (!json.is_object() || text(json, "gate").empty()) return std::nullopt;
   const auto verdict = api::value_of(kVerdicts, text(json, "verdict"));
   if (!verdict) return std::nullopt;
-  return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
-                                               length(json, "upper"), length(json, "limit"), text(json, "unit"),
-                                               api::terms_in(json), criteria_of(json)});
+  return std::pair(text(json, "gate"),
+                   PastRun{text(json, "commit"), *verdict, length(json, "lower"), length(json, "upper"),
+                           length(json, "limit"), text(json, "unit"), api::terms_in(json), criteria_of(json)});
 }
 
 Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {

@@ -210,9 +210,9 @@ std::optional<Problem> Batches::admit(const std::string& owner) {
   if (!load) return api::to_problem(load.error());
   if (load->jobs < kMostUnended * settings_.max_batch_pairs && load->batches < kMostBatches) return std::nullopt;
   const std::string most = std::to_string(kMostUnended * settings_.max_batch_pairs);
-  return Problem{ProblemKind::overloaded,
-                 "too many comparisons of your batches are queued or running (limit " + most + " comparisons, " +
-                     std::to_string(kMostBatches) + " batches); retry later"};
+  return Problem{ProblemKind::overloaded, "too many comparisons of your batches are queued or running (limit " + most +
+                                              " comparisons, " + std::to_string(kMostBatches) +
+                                              " batches); retry later"};
 }
 
 // The meshes are reserved before they are looked up: if one is deleted meanwhile, its bytes stay for the batch.

@@ -302,9 +302,9 @@ void Deviations::leave(Making& making) {
 void Deviations::send(Exchange& exchange, const Label& label, const MadeFile& made) {
   std::shared_ptr<const void> place;
   if (exchange.head.method != "HEAD" && !(place = sending_.take(exchange.owner))) {
-    return answer(exchange, Problem{ProblemKind::overloaded,
-                                    "too many maps are being sent (limit " + std::to_string(max_files_sent(settings_)) +
-                                        "); retry in a moment"});
+    return answer(exchange, Problem{ProblemKind::overloaded, "too many maps are being sent (limit " +
+                                                                 std::to_string(max_files_sent(settings_)) +
+                                                                 "); retry in a moment"});
   }
   exchange.stages = made.stages;
   exchange.response.headers.emplace_back("Server-Timing",

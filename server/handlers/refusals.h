@@ -27,9 +27,8 @@ inline const ProblemDocument& queue_full() {
 
 // For clients that would occupy a connection for long: to follow events, download rows, or wait for a result.
 inline api::Problem too_many_watchers(const Settings& settings) {
-  return {api::ProblemKind::overloaded,
-          "too many clients follow events or wait (limit " + std::to_string(settings.max_event_streams) +
-              "); retry in a moment"};
+  return {api::ProblemKind::overloaded, "too many clients follow events or wait (limit " +
+                                            std::to_string(settings.max_event_streams) + "); retry in a moment"};
 }
 
 // Takes a place for a response that streams. Null: there is none, and the exchange is answered.

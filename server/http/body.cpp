@@ -121,8 +121,8 @@ Body::Refusal Body::take_chunk_size(bool& stuck) {
   }
   connection_.consume(line_bytes);
   if (piece_left_ > max_bytes_ - bytes_) {
-    return Problem{
-        ProblemKind::too_large, "the body is larger than the limit of " + std::to_string(max_bytes_) + " bytes"};
+    return Problem{ProblemKind::too_large,
+                   "the body is larger than the limit of " + std::to_string(max_bytes_) + " bytes"};
   }
   state_ = piece_left_ == 0 ? State::trailers : State::chunk;
   return std::nullopt;

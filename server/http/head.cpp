@@ -138,8 +138,8 @@ Refusal check_unique(const Head& head) {
 Refusal check_length(const Head& head) {
   const bool carries = head.method == "POST" || head.method == "PUT" || head.method == "PATCH";
   if (!carries || head.chunked || head.content_length) return std::nullopt;
-  return Problem{
-      ProblemKind::length_required, "the body has no length; send Content-Length or Transfer-Encoding: chunked"};
+  return Problem{ProblemKind::length_required,
+                 "the body has no length; send Content-Length or Transfer-Encoding: chunked"};
 }
 
 }  // namespace
@@ -172,8 +172,8 @@ Refusal check_incomplete(std::string_view head) {
                    "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes"};
   }
   if (head.size() < kMaxHeadBytes) return std::nullopt;
-  return Problem{
-      ProblemKind::head_too_large, "the request's head is larger than " + std::to_string(kMaxHeadBytes) + " bytes"};
+  return Problem{ProblemKind::head_too_large,
+                 "the request's head is larger than " + std::to_string(kMaxHeadBytes) + " bytes"};
 }
 
 }  // namespace meshgauge::server

@@ -104,8 +104,7 @@ Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms) {
     case Lost::timeout:
       break;
   }
-  return {
-      ProblemKind::request_timeout, "the " + what + " did not arrive within " + std::to_string(time_ms) + " ms"};
+  return {ProblemKind::request_timeout, "the " + what + " did not arrive within " + std::to_string(time_ms) + " ms"};
 }
 
 Transport::Step Outgoing::write(Transport& transport, std::string_view bytes, std::size_t& sent) {

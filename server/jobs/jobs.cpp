@@ -117,8 +117,8 @@ Jobs::~Jobs() {
 // Requeues all jobs that were running when the last process ended, whatever their worker.
 Result<Done> Jobs::recover() {
   if (!worker_) return Done{};
-  const auto rows = stores_.jobs.recover("", "the service ended while it ran",
-                                         stores_.jobs.moment(seconds(settings_.result_ttl_s)));
+  const auto rows =
+      stores_.jobs.recover("", "the service ended while it ran", stores_.jobs.moment(seconds(settings_.result_ttl_s)));
   if (!rows) return rows.error();
   for (const store::Job& row : *rows) {
     watcher_.adopt(row, scheduler_.admit_again(client_of(row)), access_.adopt_job(row.key.owner));
@@ -273,8 +273,8 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
 
 Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
   if (conflict) {
-    return Denial{{ProblemKind::idempotency_key_reused,
-                   "this Idempotency-Key was used for another comparison; take a new one"}};
+    return Denial{
+        {ProblemKind::idempotency_key_reused, "this Idempotency-Key was used for another comparison; take a new one"}};
   }
   if (!store::has_ended(row.state)) {
     if (auto first = watcher_.watch(row)) return first;
@@ -409,8 +409,8 @@ std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
   const bool there = queue_->available().ok();
   if (job.durable) {
     if (there || queue_->silence() < job.request.timeout) return std::nullopt;
-    return Problem{
-        ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again"};
+    return Problem{ProblemKind::storage_unavailable,
+                   "the store does not answer; the comparison runs when it does again"};
   }
   const bool begun = job.state() != JobState::queued;
   const milliseconds late = begun || !there ? kLate : kUntold;

@@ -122,9 +122,9 @@ Result<ReadMesh> read_binary_stl(const Source& source) {
   ReadMesh out;
   out.format = Format::stl;
   if (count == 0) return out;
-  out.notes.add_remark("bytes after the last of the " + std::to_string(count) +
-                           " facets that the header announces, ignored",
-                       source.bytes.size() - kHeaderBytes - kFacetBytes * count);
+  out.notes.add_remark(
+      "bytes after the last of the " + std::to_string(count) + " facets that the header announces, ignored",
+      source.bytes.size() - kHeaderBytes - kFacetBytes * count);
   reserve_room(out.mesh.positions, 3 * count);
   reserve_room(out.mesh.triangles, count);
   out.mesh.positions.resize(3 * count);  // Vec3 is not initialised, so this writes nothing

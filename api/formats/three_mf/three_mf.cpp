@@ -254,8 +254,7 @@ std::string undeclared_prefixes(const MfDocument& document) {
   return document.undeclared.size() == MfDocument::kMostUndeclared ? prefixes + " and perhaps more" : prefixes;
 }
 
-void add_remarks(std::size_t renamed, const ZipArchive& archive, const MfDocument& document,
-                 ReadNotes& notes) {
+void add_remarks(std::size_t renamed, const ZipArchive& archive, const MfDocument& document, ReadNotes& notes) {
   notes.add_remark("names in the archive with '\\' between folders, read as '/'", renamed);
   if (!document.undeclared.empty()) {
     notes.remarks.push_back("prefixes that are not declared, their elements and attributes ignored: " +

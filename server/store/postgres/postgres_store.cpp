@@ -58,7 +58,8 @@ constexpr auto kInsertJobs = "INSERT INTO jobs (" + kInsertedColumns + R"sql()
         $9::int8[], $10::bytea[], $11::bytea[], $12::bytea[], $13::int8[], $14::int8[], $15::bytea[], $16::int8[],
         $17::int8[], $18::int8[], $19::int8[], $20::int8[], $21::int8[], $22::float8[], $23::float8[], $24::bytea[],
         $25::bytea[], $26::bytea[], $27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[], $31::bytea[])
-      WITH ORDINALITY AS given ()sql" + kInsertedColumns + R"sql(, place)
+      WITH ORDINALITY AS given ()sql" +
+                             kInsertedColumns + R"sql(, place)
     ORDER BY place
     ON CONFLICT DO NOTHING)sql";
 

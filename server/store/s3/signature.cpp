@@ -88,8 +88,8 @@ NamedTexts signed_headers(const UnsignedRequest& request, const S3Credentials& c
       std::string(kAlgorithm) + "\n" + date + "\n" + scope + "\n" + sha256(canonical_request(request, with_host));
   const std::string signature = hmac(signing_key(credentials.secret_key, day, region), to_sign);
   headers.emplace_back("authorization", std::string(kAlgorithm) + " Credential=" + credentials.access_key + "/" +
-                                            scope + ",SignedHeaders=" + names_of(with_host) + ",Signature=" +
-                                            api::to_hex(std::as_bytes(std::span(signature))));
+                                            scope + ",SignedHeaders=" + names_of(with_host) +
+                                            ",Signature=" + api::to_hex(std::as_bytes(std::span(signature))));
   return headers;
 }
 
