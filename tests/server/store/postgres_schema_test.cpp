@@ -14,10 +14,10 @@ using namespace meshgauge::server::store;
 namespace {
 
 // An empty database and a connection to it.
-class Database {
+class RawDatabase {
  public:
-  Database() : name_(PostgresServer::shared().new_empty_database()), connection_(PgConnection::open(name_)) {}
-  ~Database() {
+  RawDatabase() : name_(PostgresServer::shared().new_empty_database()), connection_(PgConnection::open(name_)) {}
+  ~RawDatabase() {
     connection_.reset();
     PostgresServer::shared().drop(name_);
   }
@@ -46,7 +46,7 @@ bool mentions(const Error& error, const std::string& text) { return error.messag
 }  // namespace
 
 TEST_CASE("PostgreSQL schema: an older database is brought forward, once") {
-  Database database;
+  RawDatabase database;
   got(pg_migrate(database.connection(), kOne));
   CHECK(to_string(got(pg_migrate(database.connection(), kTwo))) == "the schema was brought from version 1 to 2");
   CHECK(to_string(got(pg_migrate(database.connection(), kTwo))) == "the schema is of version 2 already");
@@ -55,7 +55,7 @@ TEST_CASE("PostgreSQL schema: an older database is brought forward, once") {
 }
 
 TEST_CASE("PostgreSQL schema: a failed step leaves the version before it") {
-  Database database;
+  RawDatabase database;
   got(pg_migrate(database.connection(), kOne));
   CHECK_THROWS_AS(got(pg_migrate(database.connection(), kBroken)), PgFailure);
   CHECK(database.number("SELECT version FROM meshgauge_schema") == 1);
@@ -63,7 +63,7 @@ TEST_CASE("PostgreSQL schema: a failed step leaves the version before it") {
 }
 
 TEST_CASE("PostgreSQL schema: a later version and another program's database are refused") {
-  Database database;
+  RawDatabase database;
   SUBCASE("later") {
     got(pg_migrate(database.connection(), kTwo));
     const auto migrated = pg_migrate(database.connection(), kOne);
@@ -92,7 +92,7 @@ TEST_CASE("PostgreSQL schema: a later version and another program's database are
 }
 
 TEST_CASE("PostgreSQL schema: of many processes that start at once one migrates") {
-  Database database;
+  RawDatabase database;
   std::vector<std::thread> threads;
   std::vector<std::string> said(8);
   for (std::string& text : said) {
@@ -108,7 +108,7 @@ TEST_CASE("PostgreSQL schema: of many processes that start at once one migrates"
 }
 
 TEST_CASE("PostgreSQL schema: a migration that waits for a reader does not block others for long") {
-  Database database;
+  RawDatabase database;
   got(pg_migrate(database.connection(), kOne));
   const auto reader = PgConnection::open(database.name());
   reader->execute("BEGIN; SELECT x FROM a");  // like a backup
@@ -123,7 +123,7 @@ TEST_CASE("PostgreSQL schema: a migration that waits for a reader does not block
 
 TEST_CASE("PostgreSQL schema: rows of every earlier version are read") {
   for (std::size_t version = 1; version < pg_schema_steps().size(); ++version) {
-    Database database;
+    RawDatabase database;
     got(pg_migrate(database.connection(), first_steps(version)));
     database.connection().execute(
         "INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, created, "
@@ -147,7 +147,7 @@ TEST_CASE("PostgreSQL schema: rows of every earlier version are read") {
 
 // Schema 4 had comparisons in shards: a whole, and a row for each part of it.
 TEST_CASE("PostgreSQL schema: a job in shards is measured in one piece") {
-  Database database;
+  RawDatabase database;
   got(pg_migrate(database.connection(), first_steps(4)));
   database.connection().execute(R"sql(
     INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, created,
@@ -180,7 +180,7 @@ TEST_CASE("PostgreSQL schema: a job in shards is measured in one piece") {
 }
 
 TEST_CASE("PostgreSQL schema: bounds of the version before have no known engine") {
-  Database database;
+  RawDatabase database;
   PostgresSettings settings;
   settings.database = database.name();
   const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
@@ -200,7 +200,7 @@ TEST_CASE("PostgreSQL schema: bounds of the version before have no known engine"
 }
 
 TEST_CASE("PostgreSQL: several schemas of one database are separate") {
-  Database database;
+  RawDatabase database;
   database.connection().execute("CREATE SCHEMA one; CREATE SCHEMA two");
   const auto store_in = [&](const std::string& schema) {
     PostgresSettings settings;

@@ -11,9 +11,9 @@ using namespace meshgauge::server::store;
 
 namespace {
 
-class Database {
+class RawDatabase {
  public:
-  Database() { std::ofstream(path()).flush(); }
+  RawDatabase() { std::ofstream(path()).flush(); }
   std::string path() const { return folder_ / "a.sqlite"; }
   Connection connect() const { return Connection(path(), Connection::Use::write); }
 
@@ -35,7 +35,7 @@ const std::vector<const char*> kBroken{kOne[0], kTwo[1], "UPDATE a SET x = 0; IN
 }  // namespace
 
 TEST_CASE("schema: an older database is brought forward, once") {
-  const Database database;
+  const RawDatabase database;
   Connection connection = database.connect();
   CHECK(to_string(got(migrate(connection, kOne))) == "the schema was brought from version 0 to 1");
   CHECK(connection.pragma("user_version") == 1);
@@ -47,7 +47,7 @@ TEST_CASE("schema: an older database is brought forward, once") {
 }
 
 TEST_CASE("schema: a step that fails leaves the version before it") {
-  const Database database;
+  const RawDatabase database;
   {
     Connection connection = database.connect();
     CHECK_FALSE(migrate(connection, kBroken).ok());
@@ -58,7 +58,7 @@ TEST_CASE("schema: a step that fails leaves the version before it") {
 }
 
 TEST_CASE("schema: a later version and another program's database are refused") {
-  const Database database;
+  const RawDatabase database;
   Connection connection = database.connect();
   SUBCASE("later") {
     got(migrate(connection, kTwo));
@@ -81,7 +81,7 @@ TEST_CASE("schema: a later version and another program's database are refused") 
 }
 
 TEST_CASE("schema: the migration of an older database is reported, the creation of a new one is not") {
-  const Database database;
+  const RawDatabase database;
   std::vector<std::string> lines;
   const Report report = [&](const std::string& line) { lines.push_back(line); };
   {
@@ -98,7 +98,7 @@ TEST_CASE("schema: the migration of an older database is reported, the creation 
 
 TEST_CASE("schema: rows of every earlier version are read") {
   for (std::size_t version = 1; version < schema_steps().size(); ++version) {
-    const Database database;
+    const RawDatabase database;
     {
       Connection connection = database.connect();
       got(migrate(connection, schema_steps().first(version)));
@@ -123,7 +123,7 @@ TEST_CASE("schema: rows of every earlier version are read") {
 }
 
 TEST_CASE("schema: options that asked for shards are read without them") {
-  const Database database;
+  const RawDatabase database;
   const char* const options[] = {R"({"threads":2, "shards": 3})",
                                  R"({ "shards" : 64 , "gate": {"units": "\"shards\":2"}})",
                                  R"({"shards":1})",
@@ -151,7 +151,7 @@ TEST_CASE("schema: options that asked for shards are read without them") {
 }
 
 TEST_CASE("schema: commits are synced, and keys refer to what is there") {
-  const Database database;
+  const RawDatabase database;
   Connection connection = database.connect();
   CHECK(connection.pragma("synchronous") == 2);
   CHECK(connection.pragma("foreign_keys") == 1);
