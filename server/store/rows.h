@@ -48,7 +48,7 @@ inline constexpr Sql kJobColumns(R"sql(
   expires_if_never_run, tries, worker, cancel_requested, started, finished, expires, lower, upper, stage, document,
   problem, last_error, batch, deadline, verdict, excused, bounds_by, client)sql");
 inline constexpr int kJobColumnCount = 31;
-// Of a row that is inserted; the others have their defaults.
+// What an inserted row names; the others have their defaults.
 inline constexpr Sql kInsertedColumns(R"sql(
       owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace, created,
       expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished, expires, lower, upper, stage,

@@ -2,7 +2,7 @@
 // the picture, so that shares and highlights agree to the pixel. Computed, not certified.
 import type { Mesh } from "./shape";
 
-// Of a cloud each point counts as much as any other.
+// In a cloud each point counts as much as any other.
 export interface Surface extends Mesh {
   distances: Float32Array;
 }
