@@ -40,13 +40,19 @@ std::string text(const Json& line, const char* name) {
   return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+Json past_criterion(const std::string& name, std::optional<double> lower, std::optional<double> upper, double limit) {
+  return {{"name", name}, {"lower", number_or_null(lower)}, {"upper", number_or_null(upper)}, {"limit", limit}};
+}
+
 // What is no criterion is left out.
 Json criteria_of(const Json& line) {
   Json criteria = Json::array();
   const auto all = line.find("criteria");
   if (all == line.end() || !all->is_array()) return criteria;
   for (const Json& found : *all) {
-    if (found.is_object() && !text(found, "name").empty() && length(found, "limit")) criteria.push_back(found);
+    if (!found.is_object() || text(found, "name").empty() || !length(found, "limit")) continue;
+    criteria.push_back(
+        past_criterion(text(found, "name"), length(found, "lower"), length(found, "upper"), *length(found, "limit")));
   }
   return criteria;
 }
@@ -75,16 +81,15 @@ PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   if (!outcome.measured) return run;
   const Measured& measured = *outcome.measured;
   run.lower = measured.lower;
-  if (std::isfinite(measured.upper)) run.upper = measured.upper;
+  const auto finite = [](double upper) { return std::isfinite(upper) ? std::optional(upper) : std::nullopt; };
+  run.upper = finite(measured.upper);
   if (const Criterion* distance = measured.distance()) run.limit = distance->limit;
   run.terms = measured.criteria.front();
   std::vector<Criterion> limits = measured.criteria;
   std::ranges::sort(limits, {}, &Criterion::name);
   for (const Criterion& c : limits)
-    run.criteria.push_back({{"name", c.name},
-                            {"lower", c.refused.empty() ? Json(c.lower) : Json(nullptr)},
-                            {"upper", std::isfinite(c.upper) ? Json(c.upper) : Json(nullptr)},
-                            {"limit", c.limit}});
+    run.criteria.push_back(
+        past_criterion(c.name, c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit));
   return run;
 }
 

@@ -57,11 +57,13 @@ function wordsBroken() {
   return broken;
 }
 
+// In the dark the colours alone are others than in the light.
 async function serious(how) {
   const { tab, context } = await open({ ...how, bypassCSP: true });
   await tab.evaluate(() => document.querySelectorAll("details").forEach((each) => (each.open = true)));
   await tab.evaluate(axeSource);
-  const result = await tab.evaluate(() => globalThis.axe.run({ resultTypes: ["violations"], selectors: false }));
+  const rules = how.colorScheme === "dark" ? { runOnly: ["color-contrast"] } : {};
+  const result = await tab.evaluate((more) => globalThis.axe.run({ resultTypes: ["violations"], selectors: false, ...more }), rules);
   await context.close();
   return result.violations
     .filter((each) => ["serious", "critical"].includes(each.impact))
