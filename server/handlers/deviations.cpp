@@ -21,7 +21,8 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kGrace{10'000};  // beyond a map's time limit, for its worker to report the time-out
+// Beyond the time limit of a map that is being made, for its worker to report the time-out.
+constexpr milliseconds kGrace{10'000};
 constexpr std::size_t kShownIdDigits = 8;
 
 std::optional<Problem> refuse_unready(const store::Job& row) {
@@ -224,7 +225,7 @@ std::optional<Clock::time_point> Deviations::look(Exchange& exchange, const Labe
     *result ? send(exchange, label, **result) : fail(exchange, result->error());
     return std::nullopt;
   }
-  const auto latest = making.submitted + making.order.timeout + kGrace;
+  const auto latest = making.submitted + making.order.timeout + (making.begun ? kGrace : milliseconds(0));
   if (Clock::now() >= latest) {
     answer(exchange,
            Problem{ProblemKind::out_of_time,

@@ -120,6 +120,7 @@ void Making::on_end(std::function<void()> wake) {
 }
 
 Result<MadeFile> make_map(Making& making, const MapTools& tools) {
+  making.begun = true;
   try {
     return within(tools.memory, making.control, [&](MemoryReservation& memory) { return made(making, tools, memory); });
   } catch (const std::bad_alloc&) {

@@ -1,6 +1,7 @@
 // The making of one deviation map, by one worker thread for all clients that wait for it.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -44,7 +45,8 @@ class Making {
   const MapOrder order;
   const Clock::time_point submitted = Clock::now();
   Control control;
-  std::size_t watchers = 0;  // waiting clients; guarded by the handler's mutex
+  std::atomic<bool> begun{false};  // a worker makes it, or has made it
+  std::size_t watchers = 0;        // waiting clients; guarded by the handler's mutex
 
   void end(Result<MadeFile> result);  // call it once
   // Returns the result, which does not change any more; null: not yet.

@@ -324,7 +324,7 @@ class Running(unittest.TestCase):
             self.assertEqual(ended(server, path)["counts"]["cancelled"], 1)
 
     def test_as_many_as_may_wait(self):
-        server = self.start("--max-batch-pairs", "2")
+        server = self.start("--max-batch-pairs", "2", "--grace-ms", "0")
         for i in range(11):
             manifest = slow_pairs(server, 2)
             manifest["options"] = {**SLOW_OPTIONS, "timeout_ms": 100000 - i}

@@ -60,7 +60,7 @@ class Keys(unittest.TestCase):
         self.watching, third = new_key("watching", "--scope", "metrics", requests_per_minute=10_000_000, burst=100_000)
         write_keys(path, one, other, third)
         self.server = Server("--keys-file", str(path), "--workers", "2", "--queue", "6", "--max-upload-bytes", str(4 * MB),
-                             "--max-queued-jobs", "40", "--body-timeout-ms", "3600000")  # what stalls stays
+                             "--max-queued-jobs", "40", "--grace-ms", "0", "--body-timeout-ms", "3600000")  # what stalls stays
         self.addCleanup(self.server.stop)
 
     def small(self):
