@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -81,6 +82,12 @@ std::optional<Error> undeclared_cloud(const Gate& gate, const nlohmann::ordered_
 // The same, before anything is measured. `candidate`: its facts.
 std::optional<Error> undeclared_cloud(const Gate& gate, const api::MeshFacts& candidate);
 
+// A criterion in one run; a share is from 0 to 1.
+struct PastCriterion {
+  std::optional<double> lower, upper;  // nullopt: the baseline has no sides, or no finite upper bound
+  double limit = 0;
+};
+
 // The result of a gate in one run; lengths in `unit`.
 struct PastRun {
   std::string commit;  // empty: not known
@@ -88,8 +95,7 @@ struct PastRun {
   std::optional<double> lower, upper, limit;  // nullopt: not measured, or no finite upper bound
   std::string unit;                           // empty: not known
   api::LimitTerms terms{};
-  // The limits, by name: `name`, `lower` and `upper` bound, null where not known, and `limit`; a share is from 0 to 1.
-  nlohmann::ordered_json criteria = nlohmann::ordered_json::array();
+  std::map<std::string, PastCriterion> criteria{};  // the limits, by name
 
   LimitEnds ends() const { return terms.ends(limit.value_or(0)); }
 };

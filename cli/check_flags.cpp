@@ -162,7 +162,8 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
   command.add_option(
       "--deviation,--map", flags.deviation,
-      "Write the candidate coloured by its distance: FILE.ply, .glb, .vtp or .csv; for a manifest a folder");
+      "Write the candidate coloured by its distance, signed where the gate limits sides: FILE.ply, .glb, .vtp or "
+      ".csv; for a manifest a folder");
   command.add_flag("--map-normals", flags.map_normals, "Also write the normal of each vertex to the deviation map")
       ->needs("--deviation");
   command.add_option(

@@ -148,8 +148,9 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("B", flags->b, "The mesh file to compare with")->required();
   flags->options.declare(command, OptionFlags::Command::compare);
   command.add_option("--simd", flags->simd, "Instruction set: " + api::simd_names())->capture_default_str();
-  command.add_option("--deviation,--map", flags->deviation,
-                     "Write A coloured by its distance from B: FILE.ply, .glb, .vtp or .csv; signed with --sides");
+  command.add_option(
+      "--deviation,--map", flags->deviation,
+      "Write A coloured by its distance from B: FILE.ply, .glb, .vtp or .csv; signed where sides are asked for");
   command.add_flag("--map-normals", flags->map_normals, "Also write the normal of each vertex to the deviation map")
       ->needs("--deviation");
   command.add_flag("--json", flags->json, "Print the result as JSON");

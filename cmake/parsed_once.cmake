@@ -1,6 +1,10 @@
 # Precompiled headers: what nearly each file of a target includes is parsed once. The preset `single` goes without, so that a file
 # which lacks an include shows there, and a true warning of those below.
 
+# What nearly each file of the service, the gate and the command line includes.
+set(SERVICE_HEADERS <algorithm> <chrono> <condition_variable> <deque> <filesystem> <functional> <map> <memory> <mutex> <optional> <set>
+    <span> <string> <thread> <unordered_map> <variant> <vector> <nlohmann/json.hpp> [["api/compare/compare.h"]])
+
 # parsed_once(TARGET HEADERS...)
 function(parsed_once target)
   target_precompile_headers(${target} PRIVATE ${ARGN})

@@ -40,19 +40,14 @@ std::string text(const Json& line, const char* name) {
   return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-Json past_criterion(const std::string& name, std::optional<double> lower, std::optional<double> upper, double limit) {
-  return {{"name", name}, {"lower", number_or_null(lower)}, {"upper", number_or_null(upper)}, {"limit", limit}};
-}
-
 // What is no criterion is left out.
-Json criteria_of(const Json& line) {
-  Json criteria = Json::array();
+std::map<std::string, PastCriterion> criteria_of(const Json& line) {
+  std::map<std::string, PastCriterion> criteria;
   const auto all = line.find("criteria");
   if (all == line.end() || !all->is_array()) return criteria;
   for (const Json& found : *all) {
     if (!found.is_object() || text(found, "name").empty() || !length(found, "limit")) continue;
-    criteria.push_back(
-        past_criterion(text(found, "name"), length(found, "lower"), length(found, "upper"), *length(found, "limit")));
+    criteria[text(found, "name")] = {length(found, "lower"), length(found, "upper"), *length(found, "limit")};
   }
   return criteria;
 }
@@ -72,24 +67,21 @@ Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& 
   Json json{{"time", time}, {"commit", nullptr}, {"gate", outcome.gate.name}};
   json.update(json_of(run));  // the commit keeps its place
   json.update(api::terms_json(run.terms));
-  json["criteria"] = run.criteria;
+  json["criteria"] = json_of(run.criteria);
   return json;
 }
 
 PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
   PastRun run{commit, outcome.verdict(), {}, {}, {}, outcome.unit()};
   if (!outcome.measured) return run;
-  const Measured& measured = *outcome.measured;
-  run.lower = measured.lower;
   const auto finite = [](double upper) { return std::isfinite(upper) ? std::optional(upper) : std::nullopt; };
-  run.upper = finite(measured.upper);
-  if (const Criterion* distance = measured.distance()) run.limit = distance->limit;
-  run.terms = measured.criteria.front();
-  std::vector<Criterion> limits = measured.criteria;
-  std::ranges::sort(limits, {}, &Criterion::name);
-  for (const Criterion& c : limits)
-    run.criteria.push_back(
-        past_criterion(c.name, c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit));
+  run.lower = outcome.measured->lower;
+  run.upper = finite(outcome.measured->upper);
+  for (const Criterion& c : outcome.measured->criteria) {
+    run.criteria[c.name] = {c.refused.empty() ? std::optional(c.lower) : std::nullopt, finite(c.upper), c.limit};
+    if (c.is_of_whole()) run.limit = c.limit;
+  }
+  run.terms = outcome.measured->criteria.front();
   return run;
 }
 
@@ -102,18 +94,15 @@ PastRun judged(PastRun run) {
 
 // The run of this criterion alone.
 PastRun run_of(PastRun run, const Criterion& of) {
+  const auto found = run.criteria.find(of.name);
   run.lower = run.upper = run.limit = std::nullopt;
-  for (const Json& one : run.criteria) {
-    if (text(one, "name") != of.name) continue;
-    const auto scaled = [&](const char* name) {
-      const auto found = length(one, name);
-      return found && of.beyond ? std::optional(100 * *found) : found;
-    };
-    run.lower = scaled("lower");
-    run.upper = scaled("upper");
-    run.limit = scaled("limit");
-    if (of.beyond) run.terms = {};
-  }
+  if (found == run.criteria.end()) return run;
+  const double scale = of.beyond ? 100 : 1;
+  const auto scaled = [&](std::optional<double> bound) { return bound ? std::optional(scale * *bound) : bound; };
+  run.lower = scaled(found->second.lower);
+  run.upper = scaled(found->second.upper);
+  run.limit = scale * found->second.limit;
+  if (of.beyond) run.terms = {};
   return judged(std::move(run));
 }
 
@@ -158,6 +147,17 @@ Json json_of(const PastRun& run) {
   return {{"commit", text_or_null(run.commit)}, {"verdict", to_string(run.verdict)},
           {"lower", number_or_null(run.lower)}, {"upper", number_or_null(run.upper)},
           {"limit", number_or_null(run.limit)}, {"unit", text_or_null(run.unit)}};
+}
+
+Json json_of(const std::map<std::string, PastCriterion>& criteria) {
+  Json json = Json::array();
+  for (const auto& [name, past] : criteria) {
+    json.push_back({{"name", name},
+                    {"lower", number_or_null(past.lower)},
+                    {"upper", number_or_null(past.upper)},
+                    {"limit", past.limit}});
+  }
+  return json;
 }
 
 std::string commit_of_pipeline() {

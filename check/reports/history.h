@@ -31,6 +31,8 @@ class History {
 
 // Commit, verdict, bounds, null where not known, limit and unit; without the terms and the criteria.
 nlohmann::ordered_json json_of(const PastRun& run);
+// Name, lower and upper bound, null where not known, and limit of each.
+nlohmann::ordered_json json_of(const std::map<std::string, PastCriterion>& criteria);
 
 // Returns what a pipeline says it measures: MESHGAUGE_COMMIT, GITHUB_SHA, CI_COMMIT_SHA or GIT_COMMIT, the first of
 // these variables that is set; else empty.

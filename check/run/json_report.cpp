@@ -58,7 +58,7 @@ Json json_of(const std::vector<PastRun>& runs) {
   Json json = Json::array();
   for (const PastRun& run : runs) {
     Json& one = json.emplace_back(json_of(run));
-    one["criteria"] = run.criteria;
+    one["criteria"] = json_of(run.criteria);
     one.update(api::terms_json(run.terms));
   }
   return json;

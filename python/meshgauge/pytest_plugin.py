@@ -63,7 +63,7 @@ def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
             baseline.write(actual, "does not exist")
         result = compare(actual, baseline.mesh, max_distance, **options)
         if result.verdict is None:
-            raise TypeError("assert_mesh_close needs a limit, such as max_distance, or expect")
+            raise TypeError("assert_mesh_close needs a limit: max_distance, max_share_beyond or zone, or expect")
         found = result.document["meshes"]["a"]
         if found["triangles"] == 0 and found["format"] != "xyz" and not cloud:
             pytest.fail(f"actual has {found['vertices']} points and no faces; if it is a point cloud, declare it by cloud=True",

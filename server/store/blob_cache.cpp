@@ -167,7 +167,9 @@ Result<std::optional<Blob>> BlobCache::blob_of(const Landed& landed) {
   const std::string path = "/proc/self/fd/" + std::to_string(landed.file->get());
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) return storage_error(errno, "the stored mesh cannot be read");
-  return Blob::map(std::move(file));
+  Result<Blob> blob = Blob::map(std::move(file));
+  if (!blob) return blob.error();
+  return std::optional(std::move(*blob));
 }
 
 std::optional<BlobCache::Stamp> BlobCache::stamp_of(int file) {
@@ -198,7 +200,9 @@ Result<std::optional<Blob>> BlobCache::open_kept(const std::string& name, const 
   }
   ++hits_;
   lock.unlock();
-  return Blob::map(std::move(file));
+  Result<Blob> blob = Blob::map(std::move(file));
+  if (!blob) return blob.error();
+  return std::optional(std::move(*blob));
 }
 
 // Reads the whole file; removes it if it is damaged or cannot be read.

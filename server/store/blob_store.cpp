@@ -14,14 +14,14 @@ Blob::~Blob() {
   if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 
-Result<std::optional<Blob>> Blob::map(Descriptor file) {
+Result<Blob> Blob::map(Descriptor file) {
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) return storage_error(errno, "the stored mesh cannot be read");
   const auto size = static_cast<std::size_t>(status.st_size);
-  if (size == 0) return std::optional(Blob(std::move(file), {}));
+  if (size == 0) return Blob(std::move(file), {});
   const void* start = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.get(), 0);
   if (start == MAP_FAILED) return storage_error(errno, "the stored mesh cannot be read");
-  return std::optional(Blob(std::move(file), {static_cast<const std::byte*>(start), size}));
+  return Blob(std::move(file), {static_cast<const std::byte*>(start), size});
 }
 
 Reservations::Held::Held(Reservations& all, const BlobKey& key) : all_(all), name_(blob_name(key)) {

@@ -41,8 +41,7 @@ class Blob {
   Blob& operator=(Blob&&) = delete;
   ~Blob();
 
-  // Maps the whole file, which must not change any more: the blob that BlobStore::open() returns.
-  static Result<std::optional<Blob>> map(Descriptor file);
+  static Result<Blob> map(Descriptor file);  // the whole file, which must not change any more
 
   std::uint64_t size() const { return bytes_.size(); }
   std::span<const std::byte> bytes() const { return bytes_; }

@@ -229,7 +229,9 @@ Result<std::optional<Blob>> FileBlobs::open(const BlobKey& key) {
   Descriptor file(::open(place_of(key).path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   if (!file && errno == ENOENT) return std::optional<Blob>();
   if (!file) return not_read(errno);
-  return Blob::map(std::move(file));
+  Result<Blob> blob = Blob::map(std::move(file));
+  if (!blob) return blob.error();
+  return std::optional(std::move(*blob));
 }
 
 Result<bool> FileBlobs::exists(const BlobKey& key) {

@@ -46,6 +46,7 @@ struct DistributedSettings {
   Report report = {};                            // gets lines about outages of the database and of S3
 };
 
+// The stores of a process, in one of both forms.
 class AllStores {
  public:
   static Result<std::unique_ptr<AllStores>> open_embedded(const EmbeddedSettings& settings);

@@ -57,7 +57,7 @@ function wordsBroken() {
   return broken;
 }
 
-// In the dark the colours alone are others than in the light.
+// The dark differs from the light by its colours alone.
 async function serious(how) {
   const { tab, context } = await open({ ...how, bypassCSP: true });
   await tab.evaluate(() => document.querySelectorAll("details").forEach((each) => (each.open = true)));
