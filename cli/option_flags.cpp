@@ -1,7 +1,7 @@
 #include "cli/option_flags.h"
 
 #include <algorithm>
-#include <iterator>
+#include <cstddef>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +9,7 @@
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/base/text.h"
+#include "api/options/table.h"
 #include "api/options/unit_plan.h"
 #include "check/manifest/yaml_json.h"
 
@@ -28,87 +29,123 @@ enum class Takes {
   off     // nothing: false
 };
 
-constexpr unsigned kCompare = 1, kCheck = 2, kBoth = kCompare | kCheck;
-
-struct Row {
-  std::string_view flag;
+// A flag whose name or whose value is not as the option has it.
+struct OwnFlag {
+  std::string_view name;
   std::string_view pointer;  // in the document
   Takes takes;
-  unsigned commands;
-  const char* help;
+  std::string_view help;
 };
 
-constexpr Row kRows[] = {
-    {"--max-distance", "/max_distance", Takes::value, kBoth,
-     "The largest distance that passes: '0.05', '0.05 mm', or '0.5 %' of the diagonal of the second mesh"},
-    {"--max-share-beyond", "/max_share_beyond", Takes::area, kBoth,
+// An option that has some here, for itself or for members of it, has no other flag.
+constexpr OwnFlag kOwn[] = {
+    {"--max-share-beyond", "/max_share_beyond", Takes::area,
      "The largest share of the area that may be farther than a distance: '0.05 mm: 1 %'"},
-    {"--zone", "/zone", Takes::zone, kBoth,
+    {"--zone", "/zone", Takes::zone,
      "How far the first mesh may be inside and outside of the second, a closed one: '-0.05 mm, 0.1 mm'"},
-    {"--uncertainty", "/uncertainty", Takes::value, kBoth,
-     "Of the distances: pass and fail only by more than this; '0.01 mm' (ISO 14253-1)"},
-    {"--regions", "/regions", Takes::yaml, kBoth,
-     "Measure these parts by themselves: '[{name: bore, box: {min: [0, 0, 0], max: [9, 9, 9]}, max_distance: 0.02 "
-     "mm}]'; or sphere: {centre: [0, 0, 0], radius: 5}, or group: NAME, a group of the second file"},
-    {"--expect", "/expect", Takes::yaml, kBoth,
-     "What the first mesh itself has to be like: '{watertight: true, triangles: {max: 20000}}'; docs/check.md"},
-    {"--unit", "/units", Takes::text, kBoth,
-     "The unit of both files, whatever they say themselves: um, mm, cm, m, in, ft"},
-    {"--unit-a", "/units/candidate", Takes::text, kBoth, "The unit of the first file"},
-    {"--unit-b", "/units/baseline", Takes::text, kBoth, "The unit of the second file"},
-    {"--direction", "/direction", Takes::value, kBoth,
-     "symmetric; a_to_b, candidate_to_baseline: from the first mesh; b_to_a, baseline_to_candidate"},
-    {"--align", "/align", Takes::yaml, kBoth,
-     "Move the first mesh first: 'rigid' by best fit, or as '{transform: {row_major: [16 numbers]}}'; "
-     "docs/alignment.md"},
-    {"--timeout", "/timeout", Takes::value, kBoth,
-     "Of each gate or comparison: '60 s', '500 ms', or a number of seconds"},
-    {"--timeout-ms", "/timeout_ms", Takes::value, kCompare, "As --timeout, in milliseconds; else 30000"},
-    {"--strategy", "/strategy", Takes::value, kBoth, "auto, four_point, n_point, triangle_set"},
-    {"--points", "/points", Takes::value, kBoth,
-     "Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585"},
-    {"--threads", "/threads", Takes::value, kBoth,
-     "At most so many threads for a gate or comparison; 0: as many as there are processors, which gates share"},
-    {"--absolute", "/tolerance/absolute", Takes::value, kBoth, "Stop when upper - lower is at most this"},
-    {"--diagonal", "/tolerance/diagonal", Takes::value, kBoth,
+    {"--fast", "/narrow", Takes::off, "End as soon as the gate is decided, without narrowing the interval"},
+    {"--absolute", "/tolerance/absolute", Takes::value, "Stop when upper - lower is at most this"},
+    {"--diagonal", "/tolerance/diagonal", Takes::value,
      "Stop when upper - lower is at most this part of the first mesh's diagonal"},
-    {"--relative", "/tolerance/relative", Takes::value, kBoth, "Stop when upper - lower is at most this part of lower"},
-    {"--fast", "/narrow", Takes::off, kBoth, "End as soon as the gate is decided, without narrowing the interval"},
-    {"--statistics", "/statistics", Takes::on, kBoth, "Sample mean, RMS, percentiles and a histogram as well"},
-    {"--samples", "/statistics/samples", Takes::value, kBoth,
-     "Points sampled in each direction, 1000 to 1000000; else 100000"},
-    {"--seed", "/statistics/seed", Takes::value, kBoth, "Another one samples other points; else 1"},
-    {"--work-items", "/budget/work_items", Takes::value, kCompare, "Stop after splitting so many pieces"},
-    {"--memory-bytes", "/budget/memory_bytes", Takes::value, kCompare,
-     "Stop when the waiting pieces need more than this"},
-    {"--beyond", "/areas/beyond", Takes::list, kCompare,
-     "Certify the share of the area beyond these distances: 0.05,0.1"},
-    {"--quantiles", "/areas/quantiles", Takes::list, kCompare,
-     "Certify the distances that these shares are within: 0.95,0.99"},
-    {"--mean", "/areas/mean", Takes::on, kCompare, "Certify the mean and the root mean square of the distance"},
-    {"--share-tolerance", "/areas/share_tolerance", Takes::value, kCompare, "Width of a certified share; else 0.001"},
-    {"--length-tolerance", "/areas/length_tolerance", Takes::value, kCompare,
+    {"--relative", "/tolerance/relative", Takes::value, "Stop when upper - lower is at most this part of lower"},
+    {"--threads", "/threads", Takes::value,
+     "At most so many threads for a gate or comparison; 0: as many as there are processors, which gates share"},
+    {"--work-items", "/budget/work_items", Takes::value, "Stop after splitting so many pieces"},
+    {"--memory-bytes", "/budget/memory_bytes", Takes::value, "Stop when the waiting pieces need more than this"},
+    {"--beyond", "/areas/beyond", Takes::list, "Certify the share of the area beyond these distances: 0.05,0.1"},
+    {"--quantiles", "/areas/quantiles", Takes::list, "Certify the distances that these shares are within: 0.95,0.99"},
+    {"--mean", "/areas/mean", Takes::on, "Certify the mean and the root mean square of the distance"},
+    {"--share-tolerance", "/areas/share_tolerance", Takes::value, "Width of a certified share; else 0.001"},
+    {"--length-tolerance", "/areas/length_tolerance", Takes::value,
      "Width of a certified quantile or mean, relative to it; else 0.01"},
-    {"--sides", "/sides", Takes::on, kCompare,
+    {"--sides", "/sides", Takes::on,
      "Certify how far the first mesh reaches outside and inside of the second, which must be closed"},
-    {"--topology", "/topology", Takes::on, kCompare,
-     "Also examine both meshes: open edges, orientation, components, volume"}};
+    {"--statistics", "/statistics", Takes::on, "Sample mean, RMS, percentiles and a histogram as well"},
+    {"--samples", "/statistics/samples", Takes::value,
+     "Points sampled in each direction, 1000 to 1000000; else 100000"},
+    {"--seed", "/statistics/seed", Takes::value, "Another one samples other points; else 1"},
+    {"--unit", "/units", Takes::text, "The unit of both files, whatever they say themselves: um, mm, cm, m, in, ft"},
+    {"--unit-a", "/units/candidate", Takes::text, "The unit of the first file"},
+    {"--unit-b", "/units/baseline", Takes::text, "The unit of the second file"}};
+
+struct Flag {
+  std::string name;
+  std::string pointer;
+  Takes takes = Takes::value;
+  std::string help;
+  bool in_gates = true;  // false: `check` does not have it
+};
+
+// Whether the pointer is `whole`, or below it.
+bool is_in(std::string_view pointer, std::string_view whole) {
+  return pointer.starts_with(whole) && (pointer.size() == whole.size() || pointer[whole.size()] == '/');
+}
+
+Takes takes_of(api::OptionKind kind) {
+  switch (kind) {
+    case api::OptionKind::toggle:
+      return Takes::on;
+    case api::OptionKind::shape:
+      return Takes::yaml;
+    case api::OptionKind::length:
+    case api::OptionKind::limit:
+    case api::OptionKind::count:
+    case api::OptionKind::choice:
+    case api::OptionKind::time:
+      break;
+  }
+  return Takes::value;
+}
+
+// Returns the option's line, with what may be given.
+std::string help_of(const api::Option& option) {
+  std::string help(option.help);
+  api::replace_all(help, "{a}", "the first mesh");
+  api::replace_all(help, "{b}", "the second mesh");
+  if (option.words) return help + ": " + api::listed(option.words());
+  if (!option.example.empty()) return help + ": '" + std::string(option.example) + "'";
+  if (option.kind == api::OptionKind::count && !option.usual.empty()) help.append("; else ").append(option.usual);
+  return help;
+}
+
+void add_flags(const api::Option& option, std::vector<Flag>& flags) {
+  const bool in_gates = (option.surfaces & api::Surface::manifest) != 0;
+  const std::string pointer = "/" + std::string(option.key);
+  const std::size_t before = flags.size();
+  for (const OwnFlag& own : kOwn) {
+    if (is_in(own.pointer, pointer))
+      flags.push_back({std::string(own.name), std::string(own.pointer), own.takes, std::string(own.help), in_gates});
+  }
+  if (flags.size() > before) return;
+  std::string name = "--" + std::string(option.key);
+  std::ranges::replace(name, '_', '-');
+  flags.push_back({std::move(name), pointer, takes_of(option.kind), help_of(option), in_gates});
+}
+
+const std::vector<Flag>& all_flags() {
+  static const std::vector<Flag> kFlags = [] {
+    std::vector<Flag> flags;
+    for (const api::Option* option : api::all_options()) {
+      if ((option->surfaces & api::Surface::flags) != 0) add_flags(*option, flags);
+    }
+    return flags;
+  }();
+  return kFlags;
+}
 
 // The flag of a pointer, with what is below it: "--regions[0].box".
 std::string flag_of(std::string_view pointer) {
-  const Row* best = nullptr;
-  for (const Row& row : kRows) {
-    const bool holds = pointer.starts_with(row.pointer) &&
-                       (pointer.size() == row.pointer.size() || pointer[row.pointer.size()] == '/');
-    if (holds && (!best || row.pointer.size() > best->pointer.size())) best = &row;
+  const Flag* best = nullptr;
+  for (const Flag& flag : all_flags()) {
+    if (is_in(pointer, flag.pointer) && (!best || flag.pointer.size() > best->pointer.size())) best = &flag;
   }
   if (best) {
     const std::string below = api::dotted(pointer.substr(best->pointer.size()));
-    return std::string(best->flag) + (below.empty() || below.starts_with('[') ? "" : ".") + below;
+    return best->name + (below.empty() || below.starts_with('[') ? "" : ".") + below;
   }
-  const auto* const part =
-      std::ranges::find_if(kRows, [&](const Row& row) { return row.pointer.starts_with(pointer); });
-  return part == std::end(kRows) ? api::dotted(pointer) : std::string(part->flag);
+  const auto part =
+      std::ranges::find_if(all_flags(), [&](const Flag& flag) { return flag.pointer.starts_with(pointer); });
+  return part == all_flags().end() ? api::dotted(pointer) : part->name;
 }
 
 // The words of a manifest, and the names of flags. kManifest is a constant, thus initialized before.
@@ -154,8 +191,8 @@ json list(std::string_view text) {
   }
 }
 
-Result<json> value_of(const Row& row, const std::string& text) {
-  switch (row.takes) {
+Result<json> value_of(const Flag& flag, const std::string& text) {
+  switch (flag.takes) {
     case Takes::on:
       return json(true);
     case Takes::off:
@@ -164,24 +201,24 @@ Result<json> value_of(const Row& row, const std::string& text) {
       return list(text);
     case Takes::area:
     case Takes::zone: {
-      if (text.starts_with('{') || text.starts_with('[')) return flow(std::string(row.flag), text);
-      const bool is_zone = row.takes == Takes::zone;
+      if (text.starts_with('{') || text.starts_with('[')) return flow(flag.name, text);
+      const bool is_zone = flag.takes == Takes::zone;
       const std::size_t at = text.find(is_zone ? ',' : ':');
       const char* const wanted = is_zone ? "the limits inside and outside, '-0.05 mm, 0.1 mm'"
                                          : "a distance, ':' and a share of the area, '0.05 mm: 1 %'";
       if (at == std::string::npos)
-        return bad_flag(std::string(row.flag), std::string("must be ") + wanted + ", not " + api::shown_text(text));
+        return bad_flag(flag.name, std::string("must be ") + wanted + ", not " + api::shown_text(text));
       const std::string first = text.substr(0, at), second = text.substr(at + 1);
       return is_zone ? json{first, second} : json{{"distance", first}, {"share", second}};
     }
     case Takes::yaml:
-      return flow(std::string(row.flag), text);
+      return flow(flag.name, text);
     case Takes::text:
       return json(text);
     case Takes::value:
       break;
   }
-  return text.starts_with('{') || text.starts_with('[') ? flow(std::string(row.flag), text) : Result<json>(word(text));
+  return text.starts_with('{') || text.starts_with('[') ? flow(flag.name, text) : Result<json>(word(text));
 }
 
 // --unit, and what --unit-a and --unit-b say otherwise.
@@ -204,17 +241,16 @@ Error goes_with(const char* flag, const char* others) { return bad_flag(flag, st
 
 void OptionFlags::declare(CLI::App& app, Command command) {
   command_ = command;
-  const unsigned bit = command == Command::compare ? kCompare : kCheck;
-  for (const Row& row : kRows) {
-    if ((row.commands & bit) == 0) continue;
-    Given& given = flags_[row.flag];
-    if (row.takes == Takes::on || row.takes == Takes::off) {
-      app.add_flag(std::string(row.flag), given.is_on, row.help);
+  for (const Flag& flag : all_flags()) {
+    if (command == Command::check && !flag.in_gates) continue;
+    Given& given = flags_[flag.name];
+    if (flag.takes == Takes::on || flag.takes == Takes::off) {
+      app.add_flag(flag.name, given.is_on, flag.help);
       continue;
     }
-    CLI::Option* option = app.add_option(std::string(row.flag), given.text, row.help);
+    CLI::Option* option = app.add_option(flag.name, given.text, flag.help);
     option->each([&given](const std::string&) { given.is_on = true; });
-    if (row.takes == Takes::list) option->join(',');
+    if (flag.takes == Takes::list) option->join(',');
   }
 }
 
@@ -225,8 +261,8 @@ bool OptionFlags::has(std::string_view flag) const {
 
 std::vector<std::string> OptionFlags::given() const {
   std::vector<std::string> names;
-  for (const Row& row : kRows) {
-    if (has(row.flag)) names.emplace_back(row.flag);
+  for (const Flag& flag : all_flags()) {
+    if (has(flag.name)) names.push_back(flag.name);
   }
   return names;
 }
@@ -239,12 +275,12 @@ std::vector<std::string> OptionFlags::limits() {
 
 Result<json> OptionFlags::document() const {
   json document = json::object();
-  for (const Row& row : kRows) {
-    if (!has(row.flag)) continue;
-    auto value = value_of(row, flags_.at(row.flag).text);
+  for (const Flag& flag : all_flags()) {
+    if (!has(flag.name)) continue;
+    auto value = value_of(flag, flags_.at(flag.name).text);
     if (!value) return value;
-    if (row.flag == "--threads" && *value == 0) continue;
-    const json::json_pointer place{std::string(row.pointer)}, whole = place.parent_pointer();
+    if (flag.name == "--threads" && *value == 0) continue;
+    const json::json_pointer place(flag.pointer), whole = place.parent_pointer();
     if (!whole.empty() && document.contains(whole) && !document[whole].is_object()) document.erase(whole.back());
     document[place] = *std::move(value);
   }
@@ -261,9 +297,9 @@ Result<api::Request> OptionFlags::request() const {
   if (!whole) return whole.error();
   api::ReadRequest read = api::read_request(*whole, command_ == Command::compare ? kCompareFlags : kCheckFlags);
   if (read.mistakes.empty() && command_ == Command::compare && !has_limit(read.request.options)) {
-    for (const Row& row : kRows) {
-      if (has(row.flag) && api::is_about_limits(row.pointer.substr(1)))
-        return bad_flag(std::string(row.flag), "needs " + api::listed(limits(), " or "));
+    for (const Flag& flag : all_flags()) {
+      if (has(flag.name) && api::is_about_limits(std::string_view(flag.pointer).substr(1)))
+        return bad_flag(flag.name, "needs " + api::listed(limits(), " or "));
     }
   }
   if (read.mistakes.empty()) return std::move(read.request);

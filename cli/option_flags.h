@@ -1,4 +1,4 @@
-// The flags of compare and check that are options of a request (api/options/request.h): a row of a table each.
+// The flags of compare and check that are options of a request, by the table of options (api/options/table.h).
 #pragma once
 
 #include <map>

@@ -170,7 +170,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   comparison.a = a.mesh->facts;
   comparison.b = b.mesh->facts;
   comparison.times = so_far;
-  const auto plan = resolve(a.unit(), b.unit(), options.units, has_limit(options));
+  const auto plan = resolve(a.unit(), b.unit(), options.units, first_length(options));
   if (!plan) return plan.error();
   comparison.units = *plan;
   resolve_shares(comparison.options, b.mesh->facts.diagonal);

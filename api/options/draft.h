@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -34,15 +33,7 @@ inline Reading::Member member(std::string_view key, OptionReader read, Draft& dr
   return {key, [read, &draft](const JsonValue& value, const std::string& at) { read(value, at, draft); }};
 }
 
-// An option that is a limit, or about limits.
-struct LimitOption {
-  std::string_view key;
-  bool is_limit;
-  OptionReader read;
-  nlohmann::ordered_json (*write)(const ComparisonOptions& options);  // returns null: it is not set
-};
-std::span<const LimitOption> limit_options();
-// Reads an object of these, with the unit of their numbers.
+// Reads an object of limits (limit_options() of table.h), with the unit of their numbers.
 void read_gate(const JsonValue& value, const std::string& at, Draft& draft);
 
 // Reads a unit of length; nullopt: a mistake.

@@ -9,6 +9,7 @@
 
 #include "api/base/text.h"
 #include "api/options/draft.h"
+#include "api/options/table.h"
 #include "api/options/unit_plan.h"
 #include "api/options/write_options.h"
 
@@ -16,17 +17,6 @@ namespace meshgauge::api {
 namespace {
 
 using Asked = ComparisonOptions;
-
-// Calls visit(length) for each limit of a distance, and for the distance of the area's.
-template <class Of, class Visit>
-void for_each_length(Of& options, const Visit& visit) {
-  if (options.max_distance) visit(*options.max_distance);
-  if (options.max_share_beyond) visit(options.max_share_beyond->distance);
-  if (options.zone) visit(options.zone->inside), visit(options.zone->outside);
-  for (auto& region : options.regions) {
-    if (region.max_distance) visit(*region.max_distance);
-  }
-}
 
 void read_max_distance(const JsonValue& value, const std::string& at, Draft& draft) {
   draft.options.max_distance = draft.reading.limit(value, at);
@@ -71,19 +61,54 @@ void read_narrow(const JsonValue& value, const std::string& at, Draft& draft) {
 }
 
 constexpr LimitOption kLimits[] = {
-    {"max_distance", true, read_max_distance, [](const Asked& o) { return number_or_null(o.max_distance); }},
-    {"max_share_beyond", true, read_max_share_beyond,
+    {{.key = "max_distance",
+      .kind = OptionKind::limit,
+      .surfaces = kEverywhere,
+      .is_limit = true,
+      .help = "The largest distance that passes, as a length or as a share ('0.5 %') of the diagonal of {b}",
+      .example = "0.05 mm",
+      .read = read_max_distance,
+      .lengths = [](Asked& o) { return o.max_distance ? OptionLengths{&*o.max_distance} : OptionLengths{}; }},
+     [](const Asked& o) { return number_or_null(o.max_distance); }},
+    {{.key = "max_share_beyond",
+      .surfaces = kEverywhere,
+      .is_limit = true,
+      .help = "The largest share of the area that may be farther than a distance",
+      .example = "{distance: 0.05 mm, share: 1 %}",
+      .read = read_max_share_beyond,
+      .lengths =
+          [](Asked& o) { return o.max_share_beyond ? OptionLengths{&o.max_share_beyond->distance} : OptionLengths{}; }},
      [](const Asked& o) {
        const auto& limit = o.max_share_beyond;
        return limit ? Json{{"distance", limit->distance}, {"share", limit->share}} : Json(nullptr);
      }},
-    {"zone", true, read_zone,
+    {{.key = "zone",
+      .surfaces = kEverywhere,
+      .is_limit = true,
+      .help = "How far {a} may be inside and outside of {b}, which must be closed",
+      .example = "[-0.05 mm, 0.1 mm]",
+      .read = read_zone,
+      .lengths =
+          [](Asked& o) { return o.zone ? OptionLengths{&o.zone->inside, &o.zone->outside} : OptionLengths{}; }},
      [](const Asked& o) {
        return o.zone ? Json{0 - o.zone->inside, o.zone->outside} : Json(nullptr);
      }},
-    {"uncertainty", false, read_uncertainty,
+    {{.key = "uncertainty",
+      .kind = OptionKind::limit,
+      .surfaces = kEverywhere,
+      .help = "The uncertainty of the distances, by more than which they pass and fail (docs/metrology.md)",
+      .usual = "0",
+      .example = "0.01 mm",
+      .read = read_uncertainty,
+      .lengths = length_at<&Asked::uncertainty>},
      [](const Asked& o) { return o.uncertainty != 0 ? Json(o.uncertainty) : Json(nullptr); }},
-    {"narrow", false, read_narrow, [](const Asked&) { return Json(nullptr); }}};
+    {{.key = "narrow",
+      .kind = OptionKind::toggle,
+      .surfaces = kEverywhere,
+      .help = "Once the verdict is known, measure on for a while, to say by how much it passes or fails",
+      .usual = "true",
+      .read = read_narrow},
+     [](const Asked&) { return Json(nullptr); }}};
 
 void read_limit_unit(const JsonValue& value, const std::string& at, Draft& draft) {
   draft.declared_words = draft.reading.surface.name(at) + " is " + draft.reading.shown(value);
@@ -116,6 +141,7 @@ void set_unit(Draft& draft) {
   units.limit = found.unit;
   units.limit_of_diagonal = found.of_diagonal;
   units.limit_of_b = draft.unit_of_b;
+  if (first_length(draft.options).empty()) units.limit.reset();  // a 0 that asks for nothing had a unit
 }
 
 }  // namespace
@@ -166,10 +192,26 @@ bool has_limit(const ComparisonOptions& options) {
                              [&](const LimitOption& one) { return one.is_limit && !one.write(options).is_null(); });
 }
 
-bool uncertainty_fits(const ComparisonOptions& options) {
-  bool fits = true;
-  for_each_length(options, [&](double limit) { fits = fits && options.uncertainty <= limit; });
-  return fits;
+bool uncertainty_fits(ComparisonOptions options) {
+  for (const Option* option : all_options()) {
+    if (!option->is_limit) continue;
+    for (const double* limit : option->lengths(options)) {
+      if (!(options.uncertainty <= *limit)) return false;
+    }
+  }
+  return true;
+}
+
+std::string_view first_length(ComparisonOptions options) {
+  std::string_view zero;
+  for (const Option* option : all_options()) {
+    if (!option->lengths) continue;
+    for (const double* length : option->lengths(options)) {
+      if (*length != 0) return option->key;
+      if (zero.empty()) zero = option->key;
+    }
+  }
+  return zero;
 }
 
 void resolve_shares(ComparisonOptions& options, double diagonal) {
@@ -178,8 +220,10 @@ void resolve_shares(ComparisonOptions& options, double diagonal) {
   const auto resolve = [diagonal](double& share) {  // none of an unknown diagonal is none, too
     if (share != 0) share = std::min(share * diagonal, std::numeric_limits<double>::max());
   };
-  for_each_length(options, resolve);
-  resolve(options.uncertainty);
+  for (const Option* option : all_options()) {
+    if (!option->lengths || option->kind == OptionKind::length) continue;
+    for (double* share : option->lengths(options)) resolve(*share);
+  }
 }
 
 Options engine_options(const ComparisonOptions& options) {

@@ -10,7 +10,11 @@
 namespace meshgauge::api {
 
 // Whether something could pass: no limit of a distance has an end below 0 (Options::ends()).
-bool uncertainty_fits(const ComparisonOptions& options);
+bool uncertainty_fits(ComparisonOptions options);
+
+// Returns the name of the option that has a length in the unit of the limits: the first one that is not 0, or else that
+// is set; empty: there is none.
+std::string_view first_length(ComparisonOptions options);
 
 // Replaces limits that are fractions of the diagonal of mesh b's bounding box by lengths in the unit of mesh b; NaN: of
 // a diagonal that is not known.

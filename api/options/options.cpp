@@ -1,16 +1,19 @@
-// The table of options: one row each, how it is read, and how it is written.
+// How each option is read and written, and its row of the table.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
 
+#include "api/base/figures.h"
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/options/draft.h"
 #include "api/options/names.h"
 #include "api/options/parts.h"
 #include "api/options/quantity.h"
+#include "api/options/table.h"
 #include "api/options/write_options.h"
 
 namespace meshgauge::api {
@@ -26,13 +29,15 @@ void read_strategy(const JsonValue& value, const std::string& at, Draft& draft) 
   if (const auto found = draft.reading.name(kStrategies, value, at)) draft.options.strategy = *found;
 }
 
+OptionWords stencils() { return {"4", "10", "31", "109", "409", "1585"}; }
+
 void read_points(const JsonValue& value, const std::string& at, Draft& draft) {
   draft.points_at = at;
   const double number = value.is_number() ? value.get<double>() : 0;
   const int points = number >= 1 && number <= 1e6 && std::nearbyint(number) == number ? static_cast<int>(number) : 0;
   if (!is_stencil(points))
     return draft.reading.refuse(
-        at, "must be one of the numbers 4, 10, 31, 109, 409, 1585, not " + draft.reading.shown(value));
+        at, "must be one of the numbers " + listed(stencils()) + ", not " + draft.reading.shown(value));
   draft.options.points = points;
 }
 
@@ -174,39 +179,41 @@ void take_align(const JsonValue& value, const std::string& at, Draft& draft) {
   draft.options.align = read_align(value, at, draft.reading);
 }
 
+OptionLengths lengths_of_regions(ComparisonOptions& options) {
+  OptionLengths lengths;
+  for (Region& region : options.regions) {
+    if (region.max_distance) lengths.push_back(&*region.max_distance);
+  }
+  return lengths;
+}
+
 void take_expect(const JsonValue& value, const std::string& at, Draft& draft) {
   draft.options.expect = read_expect(value, at, draft.reading);
 }
 
-struct Option {
-  std::string_view key;
-  unsigned surfaces;
-  OptionReader read;
-};
-
-constexpr unsigned kAll = Surface::http | Surface::manifest | Surface::flags | Surface::python;
-constexpr unsigned kNotInGates = kAll & ~static_cast<unsigned>(Surface::manifest);
-
-// Behind limit_options(), which every surface has.
-constexpr Option kOptions[] = {{"gate", Surface::http | Surface::python, read_gate},
-                               {"regions", kAll, take_regions},
-                               {"direction", kAll, read_direction},
-                               {"align", kAll, take_align},
-                               {"timeout_ms", kNotInGates, read_milliseconds},
-                               {"timeout", kAll, read_timeout},
-                               {"strategy", kAll, read_strategy},
-                               {"points", kAll, read_points},
-                               {"tolerance", kAll, read_tolerance},
-                               {"threads", kAll, read_threads},
-                               {"budget", kNotInGates, read_budget},
-                               {"areas", kNotInGates, read_areas},
-                               {"sides", kNotInGates, read_sides},
-                               {"statistics", kAll, read_statistics},
-                               {"topology", kNotInGates, read_topology},
-                               {"expect", kAll, take_expect},
-                               {"units", kAll, read_units}};
-
 // --- as it is written -------------------------------------------------------------------------------------------
+
+Json or_null(Json members) {
+  if (members.empty()) return nullptr;
+  return members;
+}
+
+Json write_gate(const Request& request) {
+  const Json limits = gate_of(request.options);
+  if (limits.is_null()) return nullptr;
+  Json gate = Json::object();
+  for (const auto& [name, limit] : limits.items()) {
+    if (!limit.is_null()) gate[name] = limit;
+  }
+  gate["narrow"] = request.options.narrow;
+  return gate;
+}
+
+Json write_regions(const Request& request) {
+  Json regions = Json::array();
+  for (const Region& region : request.options.regions) regions.push_back(json_of(region));
+  return or_null(std::move(regions));
+}
 
 Json units_of(const AskedUnits& declared) {
   Json json = Json::object();
@@ -241,6 +248,133 @@ Json statistics_of(const Sampling& sampling) {
   return {{"samples", sampling.samples}, {"seed", sampling.seed}};
 }
 
+// --- the table --------------------------------------------------------------------------------------------------
+
+constexpr OtherOption kOptions[] = {
+    {{.key = "gate",
+      .surfaces = Surface::http,
+      .help = "The limits in one object, with the unit of their numbers",
+      .example = "{max_distance: 0.05, units: mm}",
+      .read = read_gate},
+     write_gate},
+    {{.key = "regions",
+      .surfaces = kEverywhere,
+      .is_limit = true,
+      .help = "Boxes, spheres and groups of {b} that are measured by themselves, some with a limit (docs/regions.md)",
+      .example = "[{name: bore, box: {min: [0, 0, 0], max: [9, 9, 9]}, max_distance: 0.02 mm}]",
+      .read = take_regions,
+      .lengths = lengths_of_regions},
+     write_regions},
+    {{.key = "direction",
+      .kind = OptionKind::choice,
+      .surfaces = kEverywhere,
+      .help = "From which mesh the distance is measured; symmetric is the larger of both",
+      .usual = "symmetric",
+      .words = words_of<kDirectionWords>,
+      .read = read_direction},
+     [](const Request& r) { return Json(name_of(kDirections, r.options.direction)); }},
+    {{.key = "align",
+      .surfaces = kEverywhere,
+      .help = "How {a} is moved before it is measured, by the best fit or by a transform (docs/alignment.md)",
+      .usual = "none",
+      .example = "rigid",
+      .read = take_align},
+     [](const Request& r) { return r.options.align ? json_of(*r.options.align) : Json(nullptr); }},
+    {{.key = "timeout_ms",
+      .kind = OptionKind::count,
+      .surfaces = kOfService,
+      .help = "The timeout in milliseconds",
+      .usual = "30000",
+      .range = kTimeoutMsRange,
+      .read = read_milliseconds},
+     [](const Request& r) { return Json(r.timeout.count()); }},
+    {{.key = "timeout",
+      .kind = OptionKind::time,
+      .surfaces = kEverywhere,
+      .help = "The time after which the work ends, in seconds or with a unit (ms, s, min)",
+      .usual = "30 s",
+      .example = "60 s",
+      .read = read_timeout},
+     [](const Request&) { return Json(nullptr); }},  // as timeout_ms
+    {{.key = "strategy",
+      .kind = OptionKind::choice,
+      .surfaces = kEverywhere,
+      .help = "How the distance is bounded; auto is the fastest, the others are for comparing methods",
+      .usual = "auto",
+      .words = words_of<kStrategies>,
+      .read = read_strategy},
+     [](const Request& r) { return Json(name_of(kStrategies, r.options.strategy)); }},
+    {{.key = "points",
+      .kind = OptionKind::choice,
+      .surfaces = kEverywhere,
+      .help = "Samples a piece, for the strategy n_point",
+      .usual = "4",
+      .words = stencils,
+      .read = read_points},
+     [](const Request& r) { return r.options.strategy == Strategy::n_point ? Json(r.options.points) : Json(nullptr); }},
+    {{.key = "tolerance",
+      .surfaces = kEverywhere,
+      .help = "How narrow the interval has to be; the first of these rules that holds ends the work",
+      .usual = "{diagonal: 1.0e-6, relative: 0.01}",
+      .example = "{relative: 0.001}",
+      .read = read_tolerance},
+     [](const Request& r) { return or_null(json_of(r.options.tolerance)); }},
+    {{.key = "threads",
+      .kind = OptionKind::count,
+      .surfaces = kEverywhere,
+      .help = "At most so many threads",
+      .range = kThreadsRange,
+      .read = read_threads},
+     [](const Request& r) { return r.threads_given ? Json(r.options.threads) : Json(nullptr); }},
+    {{.key = "budget",
+      .surfaces = kOfService,
+      .help = "The most work and memory of the search",
+      .example = "{work_items: 1000000}",
+      .read = read_budget},
+     [](const Request& r) { return or_null(budget_of(r.options)); }},
+    {{.key = "areas",
+      .surfaces = kNotInGates,
+      .help = "Certify how the distance is distributed over the area (docs/statistics.md)",
+      .example = "{beyond: [0.05, 0.1], quantiles: [0.95, 0.99], mean: true}",
+      .read = read_areas},
+     [](const Request& r) { return r.options.areas ? areas_of(*r.options.areas) : Json(nullptr); }},
+    {{.key = "sides",
+      .surfaces = kNotInGates,
+      .help = "Certify how far {a} reaches outside and inside of {b}, which must be closed",
+      .usual = "false",
+      .example = "true",
+      .read = read_sides},
+     [](const Request& r) {
+       const auto& sides = r.options.sides;
+       return sides ? Json{{"length_tolerance", sides->length_tolerance}} : Json(nullptr);
+     }},
+    {{.key = "statistics",
+      .surfaces = kEverywhere,
+      .help = "Sample mean, RMS, percentiles and a histogram as well (docs/statistics.md)",
+      .usual = "false",
+      .example = "{samples: 200000, seed: 7}",
+      .read = read_statistics},
+     [](const Request& r) { return r.options.statistics ? statistics_of(*r.options.statistics) : Json(nullptr); }},
+    {{.key = "topology",
+      .kind = OptionKind::toggle,
+      .surfaces = kNotInGates,
+      .help = "Also examine both meshes: open edges, orientation, components, volume",
+      .usual = "false",
+      .read = read_topology},
+     [](const Request& r) { return r.options.topology ? Json(true) : Json(nullptr); }},
+    {{.key = "expect",
+      .surfaces = kEverywhere,
+      .help = "What {a} itself has to be like (docs/check.md)",
+      .example = "{watertight: true, triangles: {max: 20000}}",
+      .read = take_expect},
+     [](const Request& r) { return or_null(json_of(r.options.expect)); }},
+    {{.key = "units",
+      .surfaces = kEverywhere,
+      .help = "The unit of both meshes, or of each, whatever their files say (docs/units.md)",
+      .example = "mm",
+      .read = read_units},
+     [](const Request& r) { return or_null(units_of(r.options.units)); }}};
+
 // --- what must fit each other -----------------------------------------------------------------------------------
 
 void check_direction(Draft& draft) {
@@ -274,7 +408,7 @@ void read_members(const JsonValue& document, Draft& draft) {
                          read(value, at, draft);
                        }});
   }
-  for (const Option& option : kOptions) {
+  for (const OtherOption& option : kOptions) {
     if ((option.surfaces & draft.reading.surface.bit) != 0) members.push_back(member(option.key, option.read, draft));
   }
   draft.reading.members(document, members, "");
@@ -291,28 +425,27 @@ ReadRequest read_request(const nlohmann::json& document, const Surface& surface,
   return {std::move(draft.request), reading.told()};
 }
 
+const std::vector<const Option*>& all_options() {
+  static const std::vector<const Option*> kRows = [] {
+    std::vector<const Option*> rows;
+    for (const LimitOption& option : limit_options()) rows.push_back(&option);
+    for (const OtherOption& option : kOptions) rows.push_back(&option);
+    return rows;
+  }();
+  return kRows;
+}
+
+Json json_of_length(double length, const ComparisonOptions& options) {
+  if (length == 0) return nullptr;
+  const auto& unit = options.units.limit;
+  return has_limit(options) || !unit ? Json(length) : Json(with_unit(shortest(length), unit));
+}
+
 Json json_of(const Request& request) {
-  const ComparisonOptions& options = request.options;
-  Json json{{"direction", name_of(kDirections, options.direction)},
-            {"strategy", name_of(kStrategies, options.strategy)},
-            {"timeout_ms", request.timeout.count()}};
-  const Json limits = gate_of(options);
-  for (const auto& [name, limit] : limits.items()) {
-    if (!limit.is_null()) json["gate"][name] = limit;
+  Json json = Json::object();
+  for (const OtherOption& option : kOptions) {
+    if (Json value = option.write(request); !value.is_null()) json[std::string(option.key)] = std::move(value);
   }
-  if (has_limit(options)) json["gate"]["narrow"] = options.narrow;
-  if (Json rules = json_of(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
-  if (options.strategy == Strategy::n_point) json["points"] = options.points;
-  if (request.threads_given) json["threads"] = options.threads;
-  if (options.statistics) json["statistics"] = statistics_of(*options.statistics);
-  if (options.areas) json["areas"] = areas_of(*options.areas);
-  if (options.sides) json["sides"] = {{"length_tolerance", options.sides->length_tolerance}};
-  if (options.topology) json["topology"] = true;
-  if (options.expect.any()) json["expect"] = json_of(options.expect);
-  if (options.align) json["align"] = json_of(*options.align);
-  if (Json declared = units_of(options.units); !declared.empty()) json["units"] = std::move(declared);
-  for (const Region& region : options.regions) json["regions"].push_back(json_of(region));
-  if (Json most = budget_of(options); !most.empty()) json["budget"] = std::move(most);
   return json;
 }
 
@@ -326,9 +459,8 @@ std::vector<RequestMistake> mistakes_in_part(const nlohmann::json& document, con
 
 std::vector<std::string_view> options_of(const Surface& surface) {
   std::vector<std::string_view> keys;
-  for (const LimitOption& option : limit_options()) keys.push_back(option.key);
-  for (const Option& option : kOptions) {
-    if ((option.surfaces & surface.bit) != 0) keys.push_back(option.key);
+  for (const Option* option : all_options()) {
+    if ((option->surfaces & surface.bit) != 0) keys.push_back(option->key);
   }
   return keys;
 }

@@ -40,9 +40,8 @@ std::optional<Quantity> split(std::string_view text) {
 
 Error no_length(std::string_view text, bool or_share) {
   const bool comma = text.find(',') != std::string_view::npos;
-  return refused("must be " +
-                 std::string(or_share ? kLengthOrShare : "a number (0.05) or a number and a unit (0.05 mm)") +
-                 ", not " + shown_text(text) + (comma ? "; write the decimals behind a point" : ""));
+  return refused("must be " + std::string(or_share ? kLengthOrShare : kLength) + ", not " + shown_text(text) +
+                 (comma ? "; write the decimals behind a point" : ""));
 }
 
 }  // namespace

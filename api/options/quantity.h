@@ -50,7 +50,8 @@ struct Length {
   bool is_share = false;           // of the diagonal of mesh b's bounding box
 };
 
-// What may stand for a limit.
+// What may stand for a length, and for a limit.
+inline constexpr std::string_view kLength = "a number (0.05) or a number and a unit (0.05 mm)";
 inline constexpr std::string_view kLengthOrShare =
     "a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %)";
 

@@ -125,23 +125,25 @@ bool Reading::elements(const JsonValue& value, std::size_t least, std::size_t mo
   return true;
 }
 
-std::optional<double> Reading::limit(const JsonValue& value, const std::string& at, Sign sign) {
+std::optional<double> Reading::length(const JsonValue& value, const std::string& at, Sign sign, bool or_share) {
   if (!value.is_string() && !value.is_number())
-    return refuse(at, "must be " + std::string(kLengthOrShare) + ", not " + shown(value)), std::nullopt;
+    return refuse(at, "must be " + std::string(or_share ? kLengthOrShare : kLength) + ", not " + shown(value)),
+           std::nullopt;
   if (!value.is_string()) {
     const Range below{-kMaxDistanceRange.high, 0};
     const auto found = number(value, sign == Sign::minus ? below : kMaxDistanceRange, at);
-    if (found) limits_.push_back({at, {}, true, *found == 0});
+    if (found) limits_.push_back({at, {}, true, *found == 0, or_share});
     return found;
   }
   const std::string_view text = trimmed(value.get_ref<const std::string&>());
   const bool is_signed = is_sign_before(text, sign);
-  const auto found = parse_length(is_signed ? trimmed(text.substr(1)) : text, true);
+  const auto found = parse_length(is_signed ? trimmed(text.substr(1)) : text, or_share);
   if (!found) return refuse(at, found.error().message), std::nullopt;
   if (sign == Sign::minus && !is_signed && found->number > 0)
     return refuse(at, "must be 0 or below it, as -0.05 mm: it is how far inside; not " + shown_text(text)),
            std::nullopt;
-  limits_.push_back({at, {found->unit, found->is_share}, !found->unit && !found->is_share, found->number == 0});
+  const bool is_bare = !found->unit && !found->is_share;
+  limits_.push_back({at, {found->unit, found->is_share}, is_bare, found->number == 0, or_share});
   return sign == Sign::minus ? 0 - found->number : found->number;
 }
 
@@ -170,7 +172,8 @@ Reading::LimitUnit Reading::unit_of_limits(const std::optional<LimitUnit>& decla
   if (first == limits_.end() && !declared) return {};
   const std::string wanted = in_words(declared ? Limit{"", *declared} : *first);
   for (const Limit& limit : limits_) {
-    if (!counts(limit) || in_words(limit) == wanted || (declared && limit.is_bare)) continue;
+    const bool takes_declared = declared && limit.is_bare && (limit.or_share || !declared->of_diagonal);
+    if (!counts(limit) || in_words(limit) == wanted || takes_declared) continue;
     const std::string other = declared ? declared_words : surface.name(first->at) + " " + wanted;
     refuse(limit.at, in_words(limit) + ", and " + other + ": a gate is measured in one unit, write both in the same");
   }

@@ -86,17 +86,23 @@ class Reading {
 
   enum class Sign { none, minus, plus };  // what may stand before the number, and is kept
   // Reads a length that is a limit: a number, "0.05 mm", or "0.5 %" of the diagonal as 0.005.
-  std::optional<double> limit(const JsonValue& value, const std::string& at, Sign sign = Sign::none);
+  std::optional<double> limit(const JsonValue& value, const std::string& at, Sign sign = Sign::none) {
+    return length(value, at, sign, true);
+  }
+  // Reads a length in the unit of the limits that is none, and no share of the diagonal.
+  std::optional<double> length(const JsonValue& value, const std::string& at) {
+    return length(value, at, Sign::none, false);
+  }
   // Reads a share, 0.01 or "1 %", as a fraction of 1. `what`: of what, for the message.
   std::optional<double> share(const JsonValue& value, std::string_view of, const std::string& at);
 
-  // The unit of all limits.
+  // The unit of all limits, and of the lengths beside them.
   struct LimitUnit {
     std::optional<LengthUnit> unit;  // nullopt: none is given
     bool of_diagonal = false;        // of mesh b
   };
-  // Returns the unit in which the limits are that were read, and refuses those in another. `declared`: the unit of bare
-  // numbers, which all others must have as well; in words "gate.units is 'mm'".
+  // Returns the unit in which the limits and lengths are that were read, and refuses those in another. `declared`: the
+  // unit of bare numbers, which all others must have as well; in words "gate.units is 'mm'".
   LimitUnit unit_of_limits(const std::optional<LimitUnit>& declared, const std::string& declared_words);
 
  private:
@@ -105,6 +111,7 @@ class Reading {
     LimitUnit unit;
     bool is_bare = false;
     bool is_zero = false;
+    bool or_share = true;  // it may be a share of the diagonal
   };
 
   template <class Out, class Read>
@@ -114,6 +121,7 @@ class Reading {
             }};
   }
 
+  std::optional<double> length(const JsonValue& value, const std::string& at, Sign sign, bool or_share);
   void no_name(const JsonValue& value, std::span<const std::string_view> known, const std::string& at);
   void unknown(const std::string& at, const std::string& key, std::span<const Member> known);
   static std::string in_words(const Limit& limit);

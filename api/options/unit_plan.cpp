@@ -82,18 +82,20 @@ Error conflict(std::string message, std::string part, std::string where) {
   return {ErrorCode::unit_conflict, std::move(message), std::move(part), std::move(where)};
 }
 
-Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b, LengthUnit limit) {
+Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b, std::string_view option,
+                     LengthUnit unit) {
   const std::string part = plan.a.unit ? "b" : "a";
   const std::string name = plan.a.unit ? quoted(b, "b") : quoted(a, "a");
-  return conflict("the limit is in " + std::string(in_words(limit)) + ", " + described(plan, a, b) +
+  return conflict(std::string(option) + " is in " + std::string(in_words(unit)) + ", " + described(plan, a, b) +
                       ": declare the unit of " + name + " (option units." + part + ", flag --unit-" + part +
                       ", or units in a manifest)",
                   part, "/units/" + part);
 }
 
-Error bare_limit(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
-  return conflict("the limit has no unit, " + described(plan, a, b) + ": write the limit with its unit, as '0.05 mm'",
-                  "options", "/gate/units");
+Error bare_length(const UnitPlan& plan, const FileUnit& a, const FileUnit& b, std::string_view option) {
+  return conflict(
+      std::string(option) + " has no unit, " + described(plan, a, b) + ": write it with its unit, as '0.05 mm'",
+      "options", "/gate/units");
 }
 
 }  // namespace
@@ -115,17 +117,18 @@ std::string_view limit_unit_name(const AskedUnits& asked) {
   return asked.limit ? to_string(*asked.limit) : std::string_view();
 }
 
-Result<UnitPlan> resolve(const FileUnit& a, const FileUnit& b, const AskedUnits& asked, bool has_limit) {
+Result<UnitPlan> resolve(const FileUnit& a, const FileUnit& b, const AskedUnits& asked, std::string_view option) {
   UnitPlan plan{known(a, asked.a), known(b, asked.b), {}};
   const bool any = plan.a.unit || plan.b.unit, both = plan.a.unit && plan.b.unit;
-  if (has_limit && asked.limit) {
-    if (any && !both) return one_is_unknown(plan, a, b, *asked.limit);
+  const bool has_length = !option.empty();
+  if (has_length && asked.limit) {
+    if (any && !both) return one_is_unknown(plan, a, b, option, *asked.limit);
     plan.result = {asked.limit, both ? UnitSource::declared : UnitSource::assumed};
     if (!both) plan.a = plan.b = plan.result;
     return plan;
   }
-  const bool bare = has_limit && !asked.limit_of_b && !asked.limit_of_diagonal;
-  if (bare && both && plan.a.unit != plan.b.unit) return bare_limit(plan, a, b);
+  const bool bare = has_length && !asked.limit_of_b && !asked.limit_of_diagonal;
+  if (bare && both && plan.a.unit != plan.b.unit) return bare_length(plan, a, b, option);
   if (both) plan.result = plan.b;
   return plan;
 }

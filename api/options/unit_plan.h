@@ -27,7 +27,7 @@ inline constexpr std::string_view kUnitOfDiagonal = "diagonal";
 struct AskedUnits {
   std::optional<LengthUnit> a;      // overrides the file's unit; nullopt: not declared
   std::optional<LengthUnit> b;      // overrides the file's unit; nullopt: not declared
-  std::optional<LengthUnit> limit;  // nullopt: a limit without unit, or no limit
+  std::optional<LengthUnit> limit;  // of the limits and of lengths beside them; nullopt: without unit, or none
   bool limit_of_b = false;          // true: the limit is in the unit of mesh b, known or not
   bool limit_of_diagonal = false;   // true: limits are fractions of the diagonal of mesh b's bounding box
 
@@ -57,9 +57,11 @@ struct UnitPlan {
   KnownUnit result;  // unit of every measured length
 };
 
-// Resolves the units of a pair. Error: when they contradict the limit's unit or each other; the message names both
-// meshes with their units and says what to declare. Pure.
-Result<UnitPlan> resolve(const FileUnit& a, const FileUnit& b, const AskedUnits& asked, bool has_limit);
+// Resolves the units of a pair. `option`: the name of the option whose length is in the unit that `asked` has for
+// limits (first_length() of api/options/gate.h); empty: there is no such length. Error: when the units contradict that
+// length's or each other; the message names the option and both meshes with their units, and says what to declare.
+// Pure.
+Result<UnitPlan> resolve(const FileUnit& a, const FileUnit& b, const AskedUnits& asked, std::string_view option);
 
 // Returns the factor from a mesh's unit to the result's; 1 when either is unknown.
 Factor factor_between(const KnownUnit& mesh, const KnownUnit& result);

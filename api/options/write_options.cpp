@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/options/draft.h"
+#include "api/options/table.h"
 
 namespace meshgauge::api {
 namespace {

@@ -72,12 +72,8 @@ Measurement::Measurement(const Prepared& a, const Prepared& b, const Options& op
 }
 
 void Measurement::set_goal() {
-  const Tolerance& t = options_.tolerance;
-  const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
-  if (!measures_points()) {
-    goal_.width = pair_.frame.length_to_frame(width);
-    goal_.relative = t.relative.value_or(0);
-  }
+  goal_ = goal_of(options_, outcome_.diagonal_a, pair_.frame);
+  if (measures_points()) goal_.width = goal_.relative = 0;
   if (options_.max_distance) set_gate(options_.ends(*options_.max_distance).pass);
 }
 
@@ -300,7 +296,7 @@ void Measurement::report(const Search& search) {
 void Measurement::conclude(std::optional<Stop> stop) {
   take_maximum(outcome_);
   outcome_.precision_floor = rounding::scale_up(floor_, pair_.frame.exponent());
-  outcome_.met_by = rule_met(options_.tolerance, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
+  outcome_.met_by = rule_met(options_, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
   if (outcome_.met_by) {
     outcome_.stop = Stop::converged;
   } else if (gate_decided(limit_, outcome_.lower, outcome_.upper)) {

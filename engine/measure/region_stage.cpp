@@ -100,7 +100,7 @@ class RegionStage {
     for (const Region& region : regions) add(measure({&region, 1}, Keep::inside, region.max_distance));
     add(measure(regions, Keep::outside, std::nullopt));
     take_maximum(outcome_);
-    outcome_.met_by = rule_met(options_.tolerance, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
+    outcome_.met_by = rule_met(options_, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
     if (outcome_.met_by) {
       outcome_.stop = Stop::converged;
       return;
@@ -143,7 +143,7 @@ class RegionStage {
   // upper bound alone.
   void conclude(RegionOutcome& found) const {
     if (found.empty || weight(found.stop) > weight(Stop::precision_floor)) return;
-    if (rule_met(part_options_.tolerance, found.lower, found.upper, outcome_.diagonal_a)) {
+    if (rule_met(part_options_, found.lower, found.upper, outcome_.diagonal_a)) {
       found.stop = Stop::converged;
     } else if (is_decided(found)) {
       found.stop = Stop::gate_decided;

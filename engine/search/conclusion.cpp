@@ -4,7 +4,8 @@
 
 namespace meshgauge {
 
-std::optional<Rule> rule_met(const Tolerance& tolerance, double lower, double upper, double diagonal_a) {
+std::optional<Rule> rule_met(const Options& options, double lower, double upper, double diagonal_a) {
+  const Tolerance& tolerance = options.tolerance;
   const double width = upper - lower;
   if (tolerance.absolute && width <= *tolerance.absolute) return Rule::absolute;
   if (tolerance.diagonal && width <= *tolerance.diagonal * diagonal_a) return Rule::diagonal;

@@ -12,8 +12,9 @@
 
 namespace meshgauge {
 
-// Returns the first rule of `tolerance` that the interval [lower, upper] meets; nullopt: none. All in the meshes' unit.
-std::optional<Rule> rule_met(const Tolerance& tolerance, double lower, double upper, double diagonal_a);
+// Returns the first rule of options.tolerance that the interval [lower, upper] meets; nullopt: none. All in the meshes'
+// unit.
+std::optional<Rule> rule_met(const Options& options, double lower, double upper, double diagonal_a);
 
 // Whether upper <= max_distance or lower > max_distance. False without a gate.
 bool gate_decided(const std::optional<double>& max_distance, double lower, double upper);

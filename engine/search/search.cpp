@@ -9,6 +9,15 @@ bool less_upper(const Piece& a, const Piece& b) { return a.upper < b.upper; }
 
 }  // namespace
 
+Goal goal_of(const Options& options, double diagonal_a, const Frame& frame) {
+  const Tolerance& rules = options.tolerance;
+  const double width = std::max(rules.absolute.value_or(0), rules.diagonal.value_or(0) * diagonal_a);
+  Goal goal;
+  goal.width = frame.length_to_frame(width);
+  goal.relative = rules.relative.value_or(0);
+  return goal;
+}
+
 double Goal::gap(double lower, double slack) const {
   return std::max(rounding::kSmallestGap, std::max(width, relative * std::max(0.0, lower - slack)) - slack);
 }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "engine/mesh/adjacency.h"
+#include "engine/mesh/frame.h"
 #include "engine/options.h"
 #include "engine/outcome.h"
 #include "engine/rounding.h"
@@ -71,6 +72,10 @@ struct Goal {
   // The same for strategy `auto`, which also drops what is within the tolerance of the lower bound.
   double cull_within_tolerance(double lower, const Slack& slack) const;
 };
+
+// Returns what the options ask of a search in this frame, without the gate: its limit changes while a measurement runs.
+// `diagonal_a`: that of mesh A, in the meshes' unit.
+Goal goal_of(const Options& options, double diagonal_a, const Frame& frame);
 
 class Search;
 class SearchWorker;

@@ -23,17 +23,24 @@ __all__ = ["Client", "Directed", "InputError", "Result", "ServiceError", "Witnes
 
 
 def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
-            tolerance: Optional[_options.Tolerance] = None, timeout: Union[float, str, None] = 30.0,
-            threads: Optional[int] = None, direction: Optional[str] = None,
-            units: Optional[_options.Units] = None, strategy: Optional[str] = None, points: Optional[int] = None,
-            statistics: Union[bool, Mapping[str, int], None] = None,
-            areas: Optional[Mapping[str, Any]] = None, topology: Optional[bool] = None,
             max_share_beyond: Optional[Mapping[str, Any]] = None,
             zone: Optional[Sequence[_options.Length]] = None,
-            sides: Union[bool, Mapping[str, float], None] = None,
-            uncertainty: Optional[_options.Length] = None, narrow: Optional[bool] = None,
-            regions: Optional[Iterable[Mapping[str, Any]]] = None, align: Any = None,
+            uncertainty: Optional[_options.Length] = None,
+            narrow: Optional[bool] = None,
+            regions: Optional[Iterable[Mapping[str, Any]]] = None,
+            direction: Optional[str] = None,
+            align: Any = None,
+            timeout: Optional[Union[float, str]] = 30.0,
+            strategy: Optional[str] = None,
+            points: Optional[int] = None,
+            tolerance: Optional[_options.Tolerance] = None,
+            threads: Optional[int] = None,
+            areas: Optional[Mapping[str, Any]] = None,
+            sides: Optional[Union[bool, Mapping[str, float]]] = None,
+            statistics: Optional[Union[bool, Mapping[str, int]]] = None,
+            topology: Optional[bool] = None,
             expect: Optional[Mapping[str, Any]] = None,
+            units: Optional[_options.Units] = None,
             vertex_distances: bool = False) -> Result:
     """Measures how far two meshes are apart, in this process.
 
@@ -44,44 +51,46 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     faces it is a point cloud, from which alone distances are measured: direction="a_to_b".
 
     Args:
-        max_distance: the limit, as a number in the unit of the result or as text, "0.05 mm", or "0.5 %" of the diagonal of b. With it, the work ends
-            as soon as the verdict is known.
-        tolerance: how narrow the interval shall be. A number: its width in the unit of the result. Else a mapping
-            with "absolute", "diagonal" (share of the diagonal of a) or "relative" (share of `lower`), of which the
-            first that holds ends the work. Default: {"diagonal": 1e-6, "relative": 0.01}; with a limit,
-            {"diagonal": 1e-9}.
-        timeout: seconds, or "500 ms", after which the work ends, with the interval reached so far. None: no limit.
-        threads: at most so many threads, 1 to 64. Default: one for each processor. With one thread, the same input
-            gives the same bits; with more, the interval may differ within the tolerance, the verdict never.
-        direction: "symmetric" (default), "a_to_b" or "b_to_a".
-        units: unit of both meshes, or a pair with that of a and that of b: "um", "mm", "cm", "m", "in", "ft", or None
-            where the file says it. Default: what the file or the object names.
-        strategy, points: another algorithm: "auto" (default), "four_point", "n_point" with `points`, "triangle_set".
-        statistics: True also samples mean, RMS and percentiles (Result.document["statistics"]); a mapping may set
-            "samples" and "seed".
-        areas: certifies how the distance is distributed over the area (Result.document["areas"]); a mapping with
-            "beyond" (distances), "quantiles" (shares), "mean" (True), "share_tolerance" and "length_tolerance".
-        topology: True also examines both meshes: open edges, orientation, components and the certified volume
-            (Result.document["meshes"]["a"]["topology"]).
-        max_share_beyond: {"distance": "0.05 mm", "share": 0.01}: a limit, beside max_distance or alone: at most one
-            percent of the area may be farther than that (Result.document["share_beyond"]).
-        regions: parts that are measured each by itself (Result.regions): {"name": "bore", "box": {"min": [0, 0, 0],
-            "max": [10, 10, 25]}, "max_distance": "0.02 mm"}, or with "sphere": {"centre": [0, 0, 40], "radius": 5} or
-            "group": "Lid", a group of b's file; coordinates in the unit of the result. max_distance is then the limit of the rest.
-        zone: ("-0.05 mm", "0.1 mm"): limits of how far a is inside and outside of b, a closed mesh, beside other limits
-            or alone (Result.document["sides"]).
-        sides: True also certifies how far a reaches outside and inside of b (Result.document["sides"]); a mapping may
-            set "length_tolerance".
-        uncertainty: of the distances, as the limit: the verdict is "pass" or "fail" only by more than this.
-        narrow: False: the work ends with the verdict. Else it goes on for at most half a second, to say by how much the limit
-            is kept or exceeded: until the interval is one percent of the distance wide.
-        align: moves a before it is measured (Result.document["alignment"]). "rigid": by the best fit; a 4x4 matrix: by
-            that transform; a mapping with "transform", "fit", "principal_axes", "overlap", as the service has it.
-        expect: what a itself has to be like (Result.document["expectations"]): {"watertight": True, "triangles": {"max":
-            20000}, "degenerate": 0, "components": 1, "volume": {"within": 0.01}}, a share of b's volume. It counts in
-            the verdict, beside limits or alone, and is in the result as "expect".
+        max_distance: The largest distance that passes, as a length or as a share ('0.5 %') of the diagonal of b: "0.05
+            mm".
+        max_share_beyond: The largest share of the area that may be farther than a distance: {"distance": "0.05 mm",
+            "share": "1 %"}.
+        zone: How far a may be inside and outside of b, which must be closed: ["-0.05 mm", "0.1 mm"].
+        uncertainty: The uncertainty of the distances, by more than which they pass and fail (docs/metrology.md): "0.01
+            mm". Default: 0.
+        narrow: Once the verdict is known, measure on for a while, to say by how much it passes or fails. Default: True.
+        regions: Boxes, spheres and groups of b that are measured by themselves, some with a limit (docs/regions.md):
+            [{"name": "bore", "box": {"min": [0, 0, 0], "max": [9, 9, 9]}, "max_distance": "0.02 mm"}].
+        direction: From which mesh the distance is measured; symmetric is the larger of both: "symmetric",
+            "candidate_to_baseline", "baseline_to_candidate", "a_to_b", "b_to_a". Default: "symmetric".
+        align: How a is moved before it is measured, by the best fit or by a transform (docs/alignment.md): "rigid".
+            Default: "none".
+        timeout: The time after which the work ends, in seconds or with a unit (ms, s, min): "60 s". Default: "30 s".
+        strategy: How the distance is bounded; auto is the fastest, the others are for comparing methods: "auto",
+            "four_point", "n_point", "triangle_set". Default: "auto".
+        points: Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585. Default: 4.
+        tolerance: How narrow the interval has to be; the first of these rules that holds ends the work: {"relative":
+            0.001}. Default: {"diagonal": 1e-06, "relative": 0.01}.
+        threads: At most so many threads, 1 to 64.
+        areas: Certify how the distance is distributed over the area (docs/statistics.md): {"beyond": [0.05, 0.1],
+            "quantiles": [0.95, 0.99], "mean": True}.
+        sides: Certify how far a reaches outside and inside of b, which must be closed: True. Default: False.
+        statistics: Sample mean, RMS, percentiles and a histogram as well (docs/statistics.md): {"samples": 200000,
+            "seed": 7}. Default: False.
+        topology: Also examine both meshes: open edges, orientation, components, volume. Default: False.
+        expect: What a itself has to be like (docs/check.md): {"watertight": True, "triangles": {"max": 20000}}.
+        units: The unit of both meshes, or of each, whatever their files say (docs/units.md): "mm".
         vertex_distances: True also measures the distance at each vertex of a (Result.vertex_distances, an array of
             numpy) and, with sides or a zone, the signed one (Result.signed_vertex_distances); within the timeout once more.
+
+    Python's own forms: a number as the tolerance is the width of the interval, in the unit of the result; units may be a
+    pair of those of a and b, None where the file says it; a transform may be a 4x4 matrix, and stand for all of align;
+    timeout=None is no limit. With a limit the default of the tolerance is {"diagonal": 1e-9}, so that the work ends with
+    a verdict. Without threads there is one for each processor. With one thread, the same input gives the same bits; with
+    more, the interval may differ within the tolerance, the verdict never.
+
+    What is asked for beside the interval is in Result.regions and in Result.document: "share_beyond", "sides", "areas",
+    "statistics", "alignment", "expectations", and "topology" of each of its "meshes".
 
     Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
 

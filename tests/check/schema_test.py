@@ -101,6 +101,12 @@ class Schema(unittest.TestCase):
                 with self.subTest(f"{name}.{key}"):
                     self.assertTrue(described(value) or "const" in value)
 
+    def test_defaults_are_no_gate(self):
+        of_two = {"version": 1, "defaults": {"timeout": 1}, "gates": gate()["gates"]}
+        self.assertEqual(defects(of_two), [])
+        for key in ("name", "candidate", "baseline", "tiemout"):
+            self.assertNotEqual(defects(of_two | {"defaults": {"timeout": 1, key: "x"}}), [], key)
+
     def test_every_limit_and_time_that_is_read(self):
         for limit in (0, 0.05, "0.05 mm", "0.05mm", "5e-2", ".5 m", "5.", "0.5 %", " 3 in ", "1 \u00b5m", "5 Inches", "2\"", "1 metre"):
             self.assertEqual(defects(gate(max_distance=limit)), [], limit)

@@ -20,9 +20,8 @@ contract.check = lambda request, answer: None  # tests/e2e holds answers against
 
 CORNERS = [(x, y, z) for z in (0.0, 2.0) for y in (0.0, 2.0) for x in (0.0, 2.0)]
 FACES = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
-FLAGS = {"max_distance": "--max-distance", "max_share_beyond": "--max-share-beyond", "zone": "--zone", "uncertainty": "--uncertainty",
-         "regions": "--regions", "direction": "--direction", "align": "--align", "timeout": "--timeout", "strategy": "--strategy",
-         "points": "--points", "threads": "--threads", "expect": "--expect", "units": "--unit"}
+TOLD = subprocess.run([BINARY, "compare", "--help"], capture_output=True, text=True, env=ENVIRONMENT, check=True).stdout
+FLAGS = set(re.findall(r"^  (--[a-z-]+) TEXT", TOLD, re.M))
 
 
 def cube(shift):
@@ -34,6 +33,7 @@ def flags_of(request):
     """The request as flags; None: they cannot say it."""
     flags = []
     for name, value in request.items():
+        flag = "--unit" if name == "units" else "--" + name.replace("_", "-")
         if name in ("tolerance", "statistics") and isinstance(value, dict) and value:
             parts = {"tolerance": ("absolute", "diagonal", "relative"), "statistics": ("samples", "seed")}[name]
             if not set(value) <= set(parts) or any(isinstance(one, (str, bool)) for one in value.values()):
@@ -43,14 +43,14 @@ def flags_of(request):
             flags += ["--statistics"] if value else []
         elif name == "narrow" and isinstance(value, bool):
             flags += [] if value else ["--fast"]
-        elif name not in FLAGS or value == "" or (name == "units" and not isinstance(value, str)):  # an empty text is CLI11's own mistake
+        elif flag not in FLAGS or value == "" or (name == "units" and not isinstance(value, str)):  # an empty text is CLI11's own mistake
             return None
         else:
             text = value if isinstance(value, str) else json.dumps(value)
             is_text_of_a_number = isinstance(value, str) and name in ("points", "threads")
             if is_text_of_a_number or (name in ("max_share_beyond", "zone") and not isinstance(value, (dict, list))):
                 return None  # a flag has no quotes, or a form of its own
-            flags.append(f"{FLAGS[name]}={text}")
+            flags.append(f"{flag}={text}")
     return flags
 
 

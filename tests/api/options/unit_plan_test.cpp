@@ -105,12 +105,13 @@ TEST_CASE("units: the truth table") {
     asked.b = unit_of(row[5]);
     const std::size_t blank = row[6].find(' ');
     if (blank != std::string::npos) asked.limit = unit_of(row[6].substr(blank + 1));
-    const auto plan = resolve(file_of(row[0]), file_of(row[3]), asked, row[6] != "-");
+    const auto plan = resolve(file_of(row[0]), file_of(row[3]), asked, row[6] != "-" ? "max_distance" : "");
     CHECK(plan.ok() == (row[10] != "error"));
     if (!plan) {
       CHECK(plan.error().code == ErrorCode::unit_conflict);
       CHECK(plan.error().message.find(row[11]) != std::string::npos);
       for (const char* mesh : {"'a'", "'b'"}) CHECK(plan.error().message.find(mesh) != std::string::npos);
+      CHECK(plan.error().message.starts_with("max_distance "));
       continue;
     }
     CHECK(plan->result.unit == unit_of(row[7]));
@@ -118,12 +119,22 @@ TEST_CASE("units: the truth table") {
   }
 }
 
+TEST_CASE("units: a conflict names the option that has the unit") {
+  const FileUnit unknown{Format::stl, {}}, metres{Format::glb, LengthUnit::meter};
+  const FileUnit inches{Format::three_mf, LengthUnit::inch};
+  AskedUnits asked;
+  CHECK(resolve(metres, inches, asked, "zone").error().message.starts_with("zone has no unit, "));
+  CHECK(resolve(metres, inches, asked, "").ok());
+  asked.limit = LengthUnit::millimeter;
+  CHECK(resolve(metres, unknown, asked, "zone").error().message.starts_with("zone is in millimetres, "));
+}
+
 TEST_CASE("units: a limit in the unit of mesh b is never refused") {
   for (const FileUnit& a : {FileUnit{Format::stl, {}}, FileUnit{Format::glb, LengthUnit::meter}}) {
     for (const FileUnit& b : {FileUnit{Format::stl, {}}, FileUnit{Format::three_mf, LengthUnit::inch}}) {
       AskedUnits asked;
       asked.limit_of_b = true;
-      const auto plan = resolve(a, b, asked, true);
+      const auto plan = resolve(a, b, asked, "max_distance");
       REQUIRE(plan.ok());
       CHECK(plan->result.unit == (a.unit ? b.unit : std::nullopt));
       CHECK(api::factor_between(plan->b, plan->result).is_one());

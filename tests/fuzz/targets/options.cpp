@@ -1,12 +1,14 @@
 // The options of a request. Asserted of those that are accepted: every number is within its range; written as JSON they
 // are read as the same again. A refusal is about the options, and can be sent.
-#include <limits>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
-#include "api/options/names.h"
+#include "api/options/gate.h"
+#include "api/options/quantity.h"
 #include "api/options/request.h"
+#include "api/options/table.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 
@@ -15,21 +17,26 @@ namespace {
 
 using api::Request;
 
-void require_within(std::optional<double> value, const api::Range& range, const char* what) {
-  require(!value || api::in_range(*value, range, what).ok(), what);
+void require_within(double value, const api::Range& range, std::string_view option) {
+  require(api::in_range(value, range, option).ok(), "a number is in the range of its option", option);
 }
 
 void require_in_range(const Request& request, const api::RequestLimits& limits) {
-  const api::ComparisonOptions& options = request.options;
-  require_within(options.tolerance.absolute, api::kToleranceRange, "the absolute tolerance is in range");
-  require_within(options.tolerance.diagonal, api::kToleranceRange, "the tolerance by the diagonal is in range");
-  require_within(options.tolerance.relative, api::kToleranceRange, "the relative tolerance is in range");
-  require_within(options.max_distance, api::kMaxDistanceRange, "the gate's distance is in range");
-  require_within(options.threads, api::kThreadsRange, "the number of threads is in range");
-  require(options.tolerance.absolute || options.tolerance.diagonal || options.tolerance.relative,
-          "there is a rule to stop by");
+  api::ComparisonOptions options = request.options;
+  const api::Json document = json_of(request);
+  for (const api::Option* option : api::all_options()) {
+    const auto written = document.find(std::string(option->key));
+    if (option->kind == api::OptionKind::count && written != document.end())
+      require_within(written->get<double>(), option->range, option->key);
+    if (!option->lengths) continue;
+    for (const double* length : option->lengths(options)) require_within(*length, api::kMaxDistanceRange, option->key);
+  }
+  const Tolerance& rules = options.tolerance;
+  for (const auto& rule : {rules.absolute, rules.diagonal, rules.relative})
+    require_within(rule.value_or(0), api::kToleranceRange, "tolerance");
+  require(rules.absolute || rules.diagonal || rules.relative, "there is a rule to stop by");
   require(is_stencil(options.points), "the number of points is a stencil");
-  require(!options.units.limit || has_limit(options), "a unit of the limit goes with a limit");
+  require(!options.units.limit || !first_length(options).empty(), "a unit of the limits goes with a length in it");
   require(request.timeout.count() >= 1 && request.timeout <= limits.max_timeout, "the time is within the limit");
 }
 
