@@ -113,7 +113,9 @@ Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& 
   control.set_deadline(Control::Clock::now() + request->timeout);
   const auto start = Control::Clock::now();
   api::StageTimes times;
-  const auto policy = request->options.threads > 1 ? std::launch::async : std::launch::deferred;
+  // With both, the library reads later on this thread if the system has no other one.
+  constexpr auto kAtOnce = std::launch::async | std::launch::deferred;
+  const auto policy = request->options.threads > 1 ? kAtOnce : std::launch::deferred;
   auto reading_b = std::async(policy, [&] { return read_timed(b, "b", control, times.read_b); });
   const auto read_a = read_timed(a, "a", control, times.read_a);
   if (!read_a) return read_a.error();

@@ -4,29 +4,18 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 
-#include <algorithm>
 #include <memory>
 #include <utility>
+
+#include "server/http/descriptors.h"
 
 namespace meshgauge::server {
 namespace {
 
 constexpr int kBacklog = SOMAXCONN;  // with the library's own, 5, the kernel would refuse a burst
 constexpr std::size_t kStatusThreads = 2;
-constexpr std::size_t kMostConnections = 100'000;
-
-// Raises the limit on descriptors to what the process may have (the soft one is often 1024), and returns the share of
-// connections: three quarters. The others are for uploads and stores.
-std::size_t most_connections() {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMostConnections;
-  const rlim_t granted = std::exchange(limit.rlim_cur, limit.rlim_max);
-  if (::setrlimit(RLIMIT_NOFILE, &limit) != 0) limit.rlim_cur = granted;
-  return static_cast<std::size_t>(std::min<rlim_t>(kMostConnections, limit.rlim_cur / 4 * 3));
-}
 
 bool is_loopback(const sockaddr& address) {
   if (address.sa_family == AF_INET) {
@@ -62,7 +51,7 @@ HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tl
             {kStatusThreads, settings.max_pending_connections}},
       loop_([this](EventLoop::Id id,
                    Descriptor socket) { return std::make_unique<Client>(edge_, loop_, id, std::move(socket)); },
-            most_connections()) {
+            plan_descriptors(settings).connections) {
   set_socket_options([](socket_t socket) {
     const int yes = 1;  // the library's default, SO_REUSEPORT, would let two services share a port unnoticed
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);

@@ -64,9 +64,11 @@ store::DistributedSettings distributed(const Settings& settings) {
 void set_up_process(const Settings& settings) {
   const sigset_t signals = awaited_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  ::signal(SIGXFSZ, SIG_IGN);
   keep_heap_small(static_cast<unsigned>(settings.workers));
   wait_for_memory();
   api::set_up_digests();
+  start_log();
 }
 
 Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) {

@@ -24,8 +24,9 @@
 
 namespace meshgauge::server {
 
-// Blocks signals in this thread and those it starts; sets up heap (server/base/heap.h) and digests. Call before any
-// thread starts.
+// Blocks signals in this thread and those it starts; sets up heap (server/base/heap.h), digests and the log; makes a
+// file that grows beyond the limit on sizes an error, and no signal. Call before any thread starts. Throws
+// std::system_error: the system grants no thread.
 void set_up_process(const Settings& settings);
 
 // Opens the stores of a process: embedded in data_dir, or on PostgreSQL and S3, as the settings say. Precondition:

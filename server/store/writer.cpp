@@ -24,17 +24,16 @@ bool concerns_one(const SQLite::Exception& exception) {
 }  // namespace
 
 Writer::Writer(std::unique_ptr<Connection> connection, Reserve* reserve)
-    : connection_(std::move(connection)), reserve_(reserve) {
-  thread_ = std::thread([this] { loop(); });
+    : connection_(std::move(connection)), reserve_(reserve), threads_([this] { tell_end(); }) {
+  threads_.start([this] { loop(); });
 }
 
-Writer::~Writer() {
+void Writer::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   ready_.notify_one();
-  thread_.join();
 }
 
 std::optional<Error> Writer::submit(std::function<void(Connection&)> work, Promise promise) {

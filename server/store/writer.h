@@ -11,9 +11,9 @@
 #include <mutex>
 #include <optional>
 #include <span>
-#include <thread>
 #include <utility>
 
+#include "server/base/threads.h"
 #include "server/store/reserve.h"
 #include "server/store/sqlite.h"
 
@@ -22,7 +22,7 @@ namespace meshgauge::server::store {
 class Writer {
  public:
   explicit Writer(std::unique_ptr<Connection> connection, Reserve* reserve = nullptr);  // borrows the reserve
-  ~Writer();  // precondition: no call of write() is under way
+  ~Writer() = default;  // precondition: no call of write() is under way
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
@@ -49,6 +49,7 @@ class Writer {
 
   std::optional<Error> submit(std::function<void(Connection&)> work, Promise promise);
   void loop();
+  void tell_end();
   void gather(std::unique_lock<std::mutex>& lock);
   void run(std::span<Task> tasks);
   std::optional<Error> commit(std::span<Task> tasks);
@@ -67,7 +68,7 @@ class Writer {
   bool synced_ = true;                                   // used by the writer's thread alone: commits wait for the disk
   std::size_t last_tasks_ = 0;                           // used by the writer's thread alone: of its newest transaction
   std::chrono::steady_clock::duration last_duration_{};  // used by the writer's thread alone: of its newest transaction
-  std::thread thread_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server::store
