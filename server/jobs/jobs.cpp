@@ -87,7 +87,7 @@ Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& 
       stores_(stores),
       access_(access),
       metrics_(metrics),
-      store_errors_(metrics),
+      store_errors_(metrics, stores.place),
       threads_(settings.workers),
       memory_(memory_for_meshes(settings)),
       measuring_(settings, loader, metrics, threads_, memory_, stores.jobs),

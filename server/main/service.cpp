@@ -40,10 +40,8 @@ Service::Service(const Settings& settings, MeshLoader& loader, Stores stores)
       listener_([this] { guard_.abort(); }) {
   if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, loader);
   readiness_.add_store_checks(stores_);
-  readiness_.add_check("disk", [this] {
-    const auto ok = check_temp_dir(settings_.temp_dir);
-    return ok ? std::string() : ok.error().message;
-  });
+  readiness_.add_check(
+      "disk", [this] { return why_no_upload(settings_.temp_dir); }, "--temp-dir '" + settings_.temp_dir + "'");
   if (stores.batches) batches_.emplace(settings, jobs_, stores, access_, uploads_, comparisons_.watchers());
   if (settings.status_port > 0) {
     Settings second = settings;

@@ -56,7 +56,9 @@ class CachingMeshLoader final : public MeshLoader {
   const api::ReadLimits limits_;
 };
 
-// Returns an Error if no file can be created in the directory.
+// Why no file can be created in the directory, which the text does not name; empty: one can.
+std::string why_no_upload(const std::string& directory);
+// The same as an Error, which names it.
 Result<Done> check_temp_dir(const std::string& directory);
 
 // Returns an Error if other machines can reach every address of the host, and neither keys_file nor public_without_keys

@@ -76,7 +76,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   MeshCache cache(settings.max_cache_bytes);
   const Stores stores = stores_of(**opened, cache, nullptr);
   Metrics metrics;
-  StoreErrors store_errors(metrics);
+  StoreErrors store_errors(metrics, stores.place);
   ThreadBudget threads(settings.workers);
   MemoryBudget memory(memory_for_meshes(settings));
   CachingMeshLoader loader(pool, cache, read_limits(settings));

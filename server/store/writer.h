@@ -21,7 +21,8 @@ namespace meshgauge::server::store {
 
 class Writer {
  public:
-  explicit Writer(std::unique_ptr<Connection> connection, Reserve* reserve = nullptr);  // borrows the reserve
+  // Borrows the reserve and the files. With the files nothing is committed that the next process would not find.
+  explicit Writer(std::unique_ptr<Connection> connection, Reserve* reserve = nullptr, const OpenFiles* files = nullptr);
   ~Writer() = default;  // precondition: no call of write() is under way
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
@@ -53,6 +54,7 @@ class Writer {
   void gather(std::unique_lock<std::mutex>& lock);
   void run(std::span<Task> tasks);
   std::optional<Error> commit(std::span<Task> tasks);
+  Result<Done> check_files();
   std::optional<Error> commit_from_reserve(Task& task);
   void give_back_room();
   bool run_one(Task& task);
@@ -60,7 +62,8 @@ class Writer {
   void roll_back();
 
   const std::unique_ptr<Connection> connection_;
-  Reserve* const reserve_;  // null: there is none
+  Reserve* const reserve_;        // null: there is none
+  const OpenFiles* const files_;  // null: they are not checked
   std::mutex mutex_;
   std::condition_variable ready_;
   std::deque<Task> waiting_;
