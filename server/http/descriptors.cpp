@@ -51,8 +51,7 @@ Result<Done> check_descriptors(const Settings& settings) {
   if (plan.connections > 0) return Done{};
   return refused("the limit on open files is " + std::to_string(plan.limit) + ", but these settings need " +
                  needs_text(settings, plan.needed) + ", and connections " + std::to_string(kLeastConnections) +
-                 " more: raise it (ulimit -Hn, LimitNOFILE, --ulimit nofile), or lower --queue, --workers or "
-                      "--parsers");
+                 " more: raise it (ulimit -Hn, LimitNOFILE, --ulimit nofile), or lower --queue, --workers, --parsers");
 }
 
 std::string descriptors_text(const Settings& settings) {

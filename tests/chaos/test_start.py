@@ -27,7 +27,7 @@ class Start:
         def lower():
             for what, most in limits:
                 resource.setrlimit(what, (most, most))
-        self.text, self.port, last = "", None, False
+        self.text, self.port, self.answers, last = "", None, False, False
         with tempfile.TemporaryDirectory(dir=folder) as data:
             process = subprocess.Popen(
                 [BINARY, "serve", "--port", "0", "--workers", "2", "--data-dir", data + "/data", "--temp-dir", data, *flags],
