@@ -16,7 +16,7 @@ constexpr std::uint64_t kOfStores = 100;    // their connections and files, the 
 constexpr std::uint64_t kLeastConnections = 64;
 constexpr std::uint64_t kMostConnections = 100'000;
 
-// Of a process without a limit: as for one that has more than it can use.
+// Raises the limit and returns it. Without a limit: more than a process can use.
 std::uint64_t raised_limit() {
   constexpr std::uint64_t kNone = 4 * kMostConnections;
   rlimit limit{};

@@ -10,7 +10,7 @@ using meshgauge::server::Threads;
 
 namespace {
 
-// Its constructor starts two threads that wait to be ended, and throws as one does that gets no third.
+// Starts two threads in its constructor, which wait to be ended, and throws as where the system grants no third.
 class Refused {
  public:
   explicit Refused(int& ended) : ended_(ended), threads_([this] { tell_end(); }) {
