@@ -38,7 +38,7 @@ bool holds(const Descriptor& file, std::span<const std::byte> bytes) {
 constexpr const char* kTrial = "/check";  // below the root, where no blob is: a file that check() moves there
 
 Error not_stored(int error_number) { return storage_error(error_number, "the mesh cannot be stored"); }
-// For callers, who may be clients: without the path that the error names.
+// For callers, clients among them: without the path that the error names.
 Error not_stored(const Error& error) { return {error.code, "the mesh cannot be stored: its folder fails", "", ""}; }
 Error not_read(int error_number) { return storage_error(error_number, "the stored mesh cannot be read"); }
 Error not_removed(int error_number) { return storage_error(error_number, "the stored mesh cannot be removed"); }

@@ -52,7 +52,7 @@ class Connection {
 
   const std::string& path() const { return database_.getFilename(); }
   // Precondition of both: the newest call of this connection or its queries threw the exception. The first is for
-  // callers, who may be clients; the second names the path.
+  // callers, clients among them; the second names the path.
   Error to_error(const SQLite::Exception& exception) const;
   Error error_with_path(const SQLite::Exception& exception) const;
 
