@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import pathlib
@@ -23,6 +24,7 @@ from meshgauge import _meshes, _options, compare
 from meshgauge.result import Result
 
 _REPORT_SECONDS = 300.0  # pictures of large meshes take longer than the measurement
+_LONGEST_NAME = 100  # bytes of a test's id in the name of a file; file systems take 143 to 255 in all
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -72,7 +74,7 @@ def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
             baseline.write(actual, "differs")
             result = compare(actual, baseline.mesh, max_distance, **options)
         if result.verdict != "pass":
-            name = f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', request.node.nodeid)}-{next(counted)}.html"
+            name = f"{_file_name(request.node.nodeid)}-{next(counted)}.html"
             report = _Report(_folder_of_reports(request.config) / name, max_distance, {**options, "cloud": cloud})
             pytest.fail(_in_words(result, report.written(actual, baseline.mesh)), pytrace=False)
         return result
@@ -99,7 +101,7 @@ class _Baseline:
         if suffix is not None and self.mesh.suffix.lower() != suffix:
             pytest.fail(f"the baseline {self.mesh} cannot be written: name it *{suffix}", pytrace=False)
         self.mesh.parent.mkdir(parents=True, exist_ok=True)
-        staged = self.mesh.with_name(f".{self.mesh.name}.{os.getpid()}")
+        staged = self.mesh.with_name(f".meshgauge-{os.getpid()}")  # whatever the length of the baseline's name
         staged.write_bytes(source.to_file())
         staged.replace(self.mesh)
         self._written.append(self.mesh)
@@ -114,18 +116,18 @@ class _Report:
         self._options = options
 
     def written(self, actual: Any, expected: Any) -> str:
-        """Writes it and returns its address, or why there is none."""
-        self._place.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
-            sources = _meshes.source_of(actual, "actual"), _meshes.source_of(expected, "expected")
-            command = [sys.executable, "-m", "meshgauge", "check", _as_file(sources[0], folder, "actual"),
-                       _as_file(sources[1], folder, "expected"), f"--html={self._place}", *self._flags(*sources)]
-            try:
+        """Writes it and returns its address, or why there is none: that must not hide the difference."""
+        try:
+            self._place.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
+                sources = _meshes.source_of(actual, "actual"), _meshes.source_of(expected, "expected")
+                command = [sys.executable, "-m", "meshgauge", "check", _as_file(sources[0], folder, "actual"),
+                           _as_file(sources[1], folder, "expected"), f"--html={self._place}", *self._flags(*sources)]
                 run = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True,
                                      timeout=_REPORT_SECONDS)
-            except (OSError, subprocess.TimeoutExpired) as trouble:
-                return f"none: {trouble}"
-        return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
+            return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
+        except (OSError, subprocess.TimeoutExpired) as trouble:
+            return f"none: {trouble}"
 
     def _flags(self, actual: _meshes.Source, expected: _meshes.Source) -> list[str]:
         given = {name: value for name, value in self._options.items() if name not in _NOT_OF_REPORTS}
@@ -159,6 +161,14 @@ def _environment() -> dict[str, str]:
     """In which another Python finds this package, however this one has."""
     places = [str(pathlib.Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, places))}
+
+
+def _file_name(nodeid: str) -> str:
+    """Of a test, for any file system: a few characters, not too many, and other ones for another test."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", nodeid)
+    if len(name) <= _LONGEST_NAME and re.fullmatch(r"[A-Za-z0-9_./:\[\]-]*", nodeid):
+        return name
+    return f"{name[:_LONGEST_NAME]}-{hashlib.sha256(nodeid.encode('utf-8', 'backslashreplace')).hexdigest()[:16]}"
 
 
 def _folder_of_reports(config: pytest.Config) -> pathlib.Path:

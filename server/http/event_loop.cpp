@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <new>
+#include <system_error>
 #include <thread>
 
 namespace meshgauge::server {
@@ -35,7 +35,7 @@ bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
 }
 
 Descriptor checked(int fd) {
-  if (fd < 0) throw std::bad_alloc();
+  if (fd < 0) throw std::system_error(errno, std::generic_category(), "no descriptor for the event loop");
   return Descriptor(fd);
 }
 
@@ -102,7 +102,9 @@ void EventLoop::Source::set_deadline(Clock::time_point when) {
 
 EventLoop::EventLoop(Make make, std::size_t most)
     : make_(std::move(make)), most_(most), epoll_(checked(::epoll_create1(EPOLL_CLOEXEC))), last_id_(kInbox) {
-  if (!tell(epoll_.get(), EPOLL_CTL_ADD, inbox_->event_.get(), kInbox, EPOLLIN)) throw std::bad_alloc();
+  if (!tell(epoll_.get(), EPOLL_CTL_ADD, inbox_->event_.get(), kInbox, EPOLLIN)) {
+    throw std::system_error(errno, std::generic_category(), "the event loop cannot begin");
+  }
 }
 
 void EventLoop::stop() {

@@ -27,7 +27,7 @@ struct Settings {
   std::uint64_t workers = 0;  // 0: one per processor
   std::uint64_t queue = 16;
   std::uint64_t max_queued_jobs = 1000;
-  std::uint64_t max_event_streams = 16;
+  std::uint64_t max_event_streams = 32;
   std::uint64_t io_threads = 64;
   std::uint64_t max_pending_connections = 256;
   std::uint64_t max_arriving_per_peer = 256;
@@ -98,8 +98,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"max_queued_jobs", "Maximum number of durable comparisons queued or running, batches apart; beyond it: 503"},
         s.max_queued_jobs);
   visit({"max_event_streams",
-         "Maximum number of clients following events or waiting with Prefer: wait, half of them of one key; beyond it: "
-         "503, and the state of a batch at once"},
+         "Maximum number of connections following events or waiting with Prefer: wait, half of them of one client "
+         "(key, or address without keys); beyond it: 503, and the state of a batch at once"},
         s.max_event_streams);
   visit({"io_threads", "Threads that handle requests; a request that is waited for, or that waits, takes none"},
         s.io_threads);
