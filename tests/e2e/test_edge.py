@@ -96,6 +96,11 @@ class Heads(EdgeCase):
     def test_other_forms_of_a_target(self):
         for target in (b"http://other.example/healthz", b"http://[::1]:80/healthz"):
             self.assertEqual(self.server.raw(b"GET " + target + b" HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 200)
+        root = self.server.raw(b"GET http://other.example?x=/metrics HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        self.assertEqual(root.status, 200)
+        self.assertNotIn(b"meshgauge_requests_total", root.body)
+        for target in (b"http://user@localhost/healthz", b"http:///healthz", b"/healthz|", b"/%zz", b"/healthz?x=[", b"*"):
+            self.refused_and_closed(b"GET " + target + b" HTTP/1.1\r\nHost: localhost\r\n\r\n", 400, "malformed-request")
         for target in (b"/healthz%00", b"/healthz/..", b"/./healthz", b"//healthz", b"/%68ealthz", b"/healthz;a=b"):
             self.refused(self.server.raw(b"GET " + target + b" HTTP/1.1\r\nHost: localhost\r\n\r\n"), 404, "not-found")
 
