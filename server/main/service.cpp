@@ -125,6 +125,9 @@ void Service::watch_levels() {
   watch(Level::workers, [this] { return settings_.workers; });
   watch(Level::connections, [this] { return guard_.connections(); });
   watch(Level::connections_dropped, [this] { return guard_.dropped(); });
+  std::vector<const HttpGuard*> guards{&guard_};
+  if (status_) guards.push_back(&status_->guard());
+  watch_handshakes(metrics_, guards);
   watch(Level::upload_bytes, [this] { return uploads_.used(); });
   watch(Level::upload_limit_bytes, [this] { return uploads_.max_bytes(); });
   watch_memory(metrics_, jobs_.memory());
