@@ -4,7 +4,6 @@
 #include "server/measure/map_cache.h"
 #include "server/observe/log.h"
 #include "server/sandbox/pool.h"
-#include "server/web/embedded.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
@@ -74,7 +73,7 @@ void Service::add_page_routes() {
   for (const char* page : {"/b/{}", "/c/{}"}) add(page, show_permanent_link);
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
-  add("/openapi.yaml", [](Exchange& e) { answer_with(e, std::string(openapi_yaml()), 200, "application/yaml"); });
+  add("/openapi.yaml", send_description);
   add("/docs", show_reference);
   add("/docs/{}", send_reference_file);
 }

@@ -2,6 +2,7 @@
 
 After every test the next request is served, and the service has kept no memory of it."""
 
+import contextlib
 import gzip
 import json
 import os
@@ -146,6 +147,14 @@ class Heads(EdgeCase):
                 connection.sendall(GET.replace(b"/healthz", b"/openapi.yaml") + b"\r\n")
         self.assertEqual(self.server.get("/healthz").status, 200)
         connection.close()
+
+    @unittest.skipIf(os.environ.get("MESHGAUGE_DOCS") == "0", "built without npm")
+    def test_clients_that_never_read_a_page_hold_no_copy_of_it(self):
+        with contextlib.ExitStack() as stack:
+            for _ in range(150):
+                connection = stack.enter_context(self.server.connect())
+                connection.sendall(GET.replace(b"/healthz", b"/docs/swagger-ui-bundle.js") + b"\r\n")
+                self.assertEqual(connection.recv(12, socket.MSG_PEEK | socket.MSG_WAITALL), b"HTTP/1.1 200")
 
 
 class Bodies(EdgeCase):
