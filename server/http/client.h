@@ -74,8 +74,8 @@ class Client final : public EventLoop::Source {
   Edge& edge_;
   Connection connection_;
   Phase phase_ = Phase::idle;
-  double handshakes_left_ = 0;  // of its address, when this one was admitted
-  Step step_ = Step::closed;    // of the handshake, from its pool's thread for the loop
+  double handshakes_left_ = 0;                 // of its address, when this one was admitted
+  Step step_ = Step::closed;                   // of the handshake, from its pool's thread for the loop
   std::unique_ptr<Serving> serving_;           // of the request that is being served
   Serving::State state_ = Serving::End::keep;  // from the pool's thread for the loop
   bool woken_ = false;                         // while serving

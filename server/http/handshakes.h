@@ -24,8 +24,10 @@ namespace meshgauge::server {
 class PeerRates {
  public:
   using Time = TokenBucket::Time;
-  static constexpr double kBurstSeconds = 5;  // after a pause an address may have so many seconds' handshakes at once
-  static constexpr std::size_t kMostPeers = std::size_t{1} << 16;  // beyond them new addresses share one bucket
+  // So many seconds' handshakes an address may have at once after a pause.
+  static constexpr double kBurstSeconds = 5;
+  // Beyond so many addresses new ones share one bucket.
+  static constexpr std::size_t kMostPeers = std::size_t{1} << 16;
 
   explicit PeerRates(std::uint64_t per_second);  // precondition: at least 1
 

@@ -60,7 +60,7 @@ const std::string kIpv6 = "(" + groups(6) + kLastTwo + "|::" + groups(5) + kLast
                           "|" + elided(4) + groups(1) + kLastTwo + "|" + elided(5) + kLastTwo + "|" + elided(6) +
                           kGroup + "|" + elided(7) + ")";
 const std::string kHost = "(\\[" + kIpv6 + "\\]|" + kRegName + ")";
-// Of http a host has at least one character.
+// A host of http has at least one character.
 const std::string kSomeHost = "(\\[" + kIpv6 + "\\]|(" + kRegName + "[A-Za-z0-9._~!$&'()*+,;=-]|" + kRegName +
                               kEncoded + "))";
 const std::string kPaths = "(/" + kPathChar + "*)";
