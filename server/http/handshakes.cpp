@@ -99,6 +99,7 @@ void Handshakes::offer(Handshake handshake) {
   ready_.notify_one();
   if (!refused) return;
   ++refused_;
+  const NeverFails waits_for_memory;  // the handshake that was offered is not the caller's any more
   refused->on_turn(Handshake::Turn::refused);
 }
 
