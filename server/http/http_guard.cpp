@@ -51,7 +51,8 @@ HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tl
             handler,
             ConnectionLimit(settings.max_arriving_per_peer),
             {settings.io_threads, settings.max_pending_connections},
-            {kStatusThreads, settings.max_pending_connections}},
+            {kStatusThreads, settings.max_pending_connections},
+            tls ? std::make_unique<Handshakes>(settings) : nullptr},
       loop_([this](EventLoop::Id id,
                    Descriptor socket) { return std::make_unique<Client>(edge_, loop_, id, std::move(socket)); },
             plan_descriptors(settings).connections) {
@@ -88,6 +89,10 @@ bool HttpGuard::bound_to_loopback() const {
   socklen_t size = sizeof address;
   return ::getsockname(svr_sock_, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
          is_loopback(reinterpret_cast<const sockaddr&>(address));
+}
+
+Handshakes::Counts HttpGuard::handshakes() const {
+  return edge_.handshakes ? edge_.handshakes->counts() : Handshakes::Counts{};
 }
 
 void HttpGuard::run() { loop_.run(Descriptor(svr_sock_)); }

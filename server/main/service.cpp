@@ -8,7 +8,6 @@
 #include "server/measure/map_cache.h"
 #include "server/observe/log.h"
 #include "server/sandbox/pool.h"
-#include "server/web/embedded.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
@@ -77,7 +76,7 @@ void Service::add_page_routes() {
   for (const char* page : {"/b/{}", "/c/{}"}) add(page, show_permanent_link);
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
-  add("/openapi.yaml", [](Exchange& e) { answer_with(e, std::string(openapi_yaml()), 200, "application/yaml"); });
+  add("/openapi.yaml", send_description);
   add("/docs", show_reference);
   add("/docs/{}", send_reference_file);
 }
@@ -128,6 +127,9 @@ void Service::watch_levels() {
   watch(Level::workers, [this] { return settings_.workers; });
   watch(Level::connections, [this] { return guard_.connections(); });
   watch(Level::connections_dropped, [this] { return guard_.dropped(); });
+  std::vector<const HttpGuard*> guards{&guard_};
+  if (status_) guards.push_back(&status_->guard());
+  watch_handshakes(metrics_, guards);
   watch(Level::upload_bytes, [this] { return uploads_.used(); });
   watch(Level::upload_limit_bytes, [this] { return uploads_.max_bytes(); });
   watch_memory(metrics_, jobs_.memory());

@@ -13,6 +13,7 @@ constexpr const char* kNothing =
 
 Settings with_few_threads(Settings settings) {
   settings.io_threads = 1;  // for refusals: the rest has threads of its own
+  settings.handshake_threads = 1;
   return settings;
 }
 

@@ -191,6 +191,19 @@ void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_byt
   metrics.watch(Level::mesh_cache_limit_bytes, [max_bytes] { return static_cast<double>(max_bytes); });
 }
 
+void watch_handshakes(Metrics& metrics, const std::vector<const HttpGuard*>& guards) {
+  const auto watch = [&](Level level, auto read) {
+    metrics.watch(level, [guards, read] {
+      std::uint64_t sum = 0;
+      for (const HttpGuard* guard : guards) sum += read(guard->handshakes());
+      return static_cast<double>(sum);
+    });
+  };
+  watch(Level::tls_handshakes, [](const auto& counts) { return counts.begun; });
+  watch(Level::tls_handshakes_refused, [](const auto& counts) { return counts.refused; });
+  watch(Level::tls_handshakes_abandoned, [](const auto& counts) { return counts.abandoned; });
+}
+
 Signal wait_for_signal(std::chrono::milliseconds time) {
   const sigset_t set = awaited_signals();
   const timespec wait{0, time.count() * 1'000'000};

@@ -82,6 +82,9 @@ void reload_secrets(Access& access, std::optional<Tls>& tls);
 void watch_memory(Metrics& metrics, const MemoryBudget& memory);
 void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows the cache
 
+// The sums of all these guards, which it borrows.
+void watch_handshakes(Metrics& metrics, const std::vector<const HttpGuard*>& guards);
+
 // end: SIGTERM, SIGINT, or SIGHUP because the terminal was closed. reload: any other SIGHUP.
 enum class Signal { none, end, reload };
 Signal wait_for_signal(std::chrono::milliseconds time);  // blocks until a signal or the end of `time`, under a second

@@ -102,6 +102,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   });
   metrics.watch(Level::connections, [&] { return static_cast<double>(status.guard().connections()); });
   metrics.watch(Level::connections_dropped, [&] { return static_cast<double>(status.guard().dropped()); });
+  watch_handshakes(metrics, {&status.guard()});
   const auto port = status.start();
   if (!port) return port.error();
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
