@@ -123,7 +123,7 @@ class Heads(EdgeCase):
                 self.assertNotIn("set-cookie", answer.headers)
                 self.assertNotIn("x", answer.headers)
         for line in self.server.log:
-            self.assertIn(json.loads(line)["event"], ("memory", "request", "sandbox"))
+            self.assertIn(json.loads(line)["event"], ("descriptors", "memory", "request", "sandbox"))
 
     def test_overlapping_ranges(self):
         document = (ROOT / "openapi.yaml").read_bytes()
