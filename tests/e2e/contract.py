@@ -93,7 +93,8 @@ def no_constant(name):
 
 
 def parse(text):
-    """JSON as RFC 8259 has it; a ValueError for NaN, and for names that repeat."""
+    """JSON as RFC 8259 has it, in UTF-8; a ValueError for NaN, and for names that repeat."""
+    text = text.decode("utf-8-sig") if isinstance(text, (bytes, bytearray)) else text
     return json.loads(text, object_pairs_hook=without_repeats, parse_constant=no_constant)
 
 
@@ -318,7 +319,7 @@ def wrong_json(text, schema):
 
 
 def wrong_form(request, schema):
-    boundary = re.search(r'boundary="?([^";]+)"?', request.headers["content-type"])[1].encode()
+    boundary = re.search(r'(?i)boundary="?([^";]+)"?', request.headers["content-type"])[1].encode()
     parts, counts = {}, {}
     for part in (b"\r\n" + request.body).split(b"\r\n--" + boundary)[1:]:
         if part.startswith(b"--"):  # the closing boundary

@@ -23,10 +23,10 @@ def take_request(sent):
     if not sent:
         return None, b""
     head, end, rest = sent.partition(b"\r\n\r\n")
-    line = re.match(rb"([!-~]+) ((?:http://[^/? ]*)?)([/?][!-~]*|\*)(?: HTTP/[0-9.]+)?(?:\r\n|$)", head)
+    line = re.match(rb"([!-~]+) (?:(?i:https?)://[^/? ]*|(?=[/?*]))([/?][!-~]*|\*|)(?: HTTP/[0-9.]+)?(?:\r\n|$)", head)
     if not line:
         return Request(head.split(b" ", 1)[0].decode("latin-1")), b""
-    path, _, query = line[3].decode().partition("?")
+    path, _, query = line[2].decode().partition("?")
     request = Request(line[1].decode(), path or "/", query, headers_of(head))
     if not end:
         return request, b""
@@ -58,8 +58,8 @@ def take_chunks(rest):
     while size := line.match(rest, at):
         start, count = size.end(), int(size[1], 16)
         at = start + count + 2
-        if count == 0:
-            return b"".join(body), rest[start:].partition(b"\r\n")[2]
+        if count == 0:  # trailers, if there are any, and an empty line
+            return b"".join(body), (b"\r\n" + rest[start:]).partition(b"\r\n\r\n")[2]
         if at > len(rest):
             break
         body.append(rest[start:start + count])
