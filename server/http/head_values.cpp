@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <set>
 
 #include "api/base/text.h"
 #include "server/http/text.h"
@@ -79,10 +80,12 @@ void take(std::string_view preference, Found& found) {
 
 bool for_each_parameter(std::string_view list,
                         const std::function<void(const std::string& name, const std::string& value)>& visit) {
+  std::set<std::string> seen;
   while (!(list = trimmed(list)).empty()) {
     const std::size_t equals = list.find('=');
     if (equals == std::string_view::npos || !is_token(list.substr(0, equals))) return false;
     const std::string name = lower(list.substr(0, equals));
+    if (!seen.insert(name).second) return false;
     list.remove_prefix(equals + 1);
     const auto value = take_value(list);
     if (!value) return false;

@@ -17,7 +17,7 @@ namespace meshgauge::server {
 
 // Calls visit(name, value) for each "name=value" of a list separated by semicolons, names in lower case: the parameters
 // of a header's value (RFC 9110 section 5.6.6), form-data; name="a"; filename="part.stl". Returns false at the first
-// malformed element.
+// element that is malformed or has the name of an earlier one: of two boundaries another parser may take the other one.
 bool for_each_parameter(std::string_view list,
                         const std::function<void(const std::string& name, const std::string& value)>& visit);
 

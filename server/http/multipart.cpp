@@ -25,13 +25,17 @@ bool read_disposition(std::string_view value, FieldHead& field) {
 
 Refusal parse_field_head(std::string_view text, FieldHead& field) {
   bool named = false;
+  bool disposed = false;
   while (!text.empty()) {
     std::string_view line = next(text, "\r\n");
     const std::string name = lower(next(line, ":"));
     const std::string_view value = trimmed(line);
     if (!is_token(name) || !is_field_text(value)) return malformed("a part's header must be 'Name: value'");
     if (name == "content-type") field.content_type = value;
-    if (name == "content-disposition") named = read_disposition(value, field) && !field.name.empty();
+    if (name != "content-disposition") continue;
+    if (disposed) return malformed("the header 'Content-Disposition' of a part was sent twice");
+    disposed = true;
+    named = read_disposition(value, field) && !field.name.empty();
   }
   if (named) return std::nullopt;
   return malformed("each part needs 'Content-Disposition: form-data; name=\"...\"'");

@@ -108,6 +108,7 @@ for name, lines in (
         ("5000 lines", (DISPOSITION, *[b"X: y"] * 5000)),
         ("an encoded name", (b"Content-Disposition: form-data; name*=utf-8''a; filename=a.obj",)),
         ("a name in parts", (b"Content-Disposition: form-data; name*0=a; filename=a.obj",)),
+        ("two dispositions", (DISPOSITION, b'Content-Disposition: form-data; name="options"')),
         ("two names", (DISPOSITION + b'; name="options"',)), ("two file names", (DISPOSITION + b'; FILENAME="x"',)),
         ("backslashes", (DISPOSITION[:-1] + b"\\" * 9000 + b'"',))):
     HEADS.sends(name, with_head(*lines), 400)

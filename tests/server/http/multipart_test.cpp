@@ -144,6 +144,11 @@ TEST_CASE("multipart: what is malformed is refused") {
   CHECK(!parsed(part("Content-Disposition: form-data; name=\"a\"b", "") + end, 64).ok);
   CHECK(!parsed(part("Content-Disposition: form-data; name=\"a\x01\"", "") + end, 64).ok);
   CHECK(!parsed(part("nonsense", "") + end, 64).ok);
+  CHECK(!parsed(part(named("a") + "; name=\"b\"", "") + end, 64).ok);
+  CHECK(!parsed(part(named("a") + "; NAME=\"a\"", "") + end, 64).ok);
+  CHECK(!parsed(part(named("a") + "; filename=\"x\"; filename=\"y\"", "") + end, 64).ok);
+  CHECK(why_refused(part(named("a") + "\r\n" + named("b"), "") + end) ==
+        "the header 'Content-Disposition' of a part was sent twice");
   CHECK(!parsed("--XXjunk\r\n" + named("a") + "\r\n\r\n\r\n" + end, 64).ok);
   CHECK(!parsed("--XX --\r\n", 64).ok);
   CHECK(why_refused("--XX\n" + named("a") + "\n\nx\n--XX--\n") ==
@@ -161,7 +166,7 @@ TEST_CASE("multipart: quotes in a name are unescaped") {
 TEST_CASE("multipart: a hostile head costs little time") {
   // A regular expression backtracks over this for minutes, or overflows the stack.
   std::string disposition = named("a");
-  while (disposition.size() < 8000) disposition += "; filename=\"\"";
+  for (int i = 0; disposition.size() < 8000; ++i) disposition += "; x" + std::to_string(i) + "=\"\"";
   CHECK(parsed(part(disposition, "x") + "--XX--", 8192).ok);
 }
 
@@ -191,7 +196,8 @@ TEST_CASE("multipart: the boundary of a Content-Type") {
         "Content-Type multipart/form-data lacks its parameter 'boundary': do not set"));
   }
   for (const char* type :
-       {"multipart/form-data; boundary=", "multipart/form-data; boundary=a b", "multipart/form-data; boundary=\"a"}) {
+       {"multipart/form-data; boundary=", "multipart/form-data; boundary=a b", "multipart/form-data; boundary=\"a",
+        "multipart/form-data; boundary=a; boundary=b", "multipart/form-data; boundary=a; charset=x; Boundary=a"}) {
     CHECK(problem(type).kind == api::ProblemKind::malformed_request);
     CHECK(problem(type).detail.starts_with("the parameters of Content-Type are malformed; write boundary=TEXT"));
   }
