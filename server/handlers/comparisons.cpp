@@ -359,7 +359,8 @@ void Comparisons::follow_events(Exchange& exchange, const std::shared_ptr<LiveJo
     return;
   }
   response.quick = true;
-  response.stream = [job, place, listening = job->on_change(exchange.wake), seen = ~std::uint64_t{0},
+  response.stream = [job, place, &rows = stores_.jobs, listening = job->on_change(exchange.wake),
+                     seen = ~std::uint64_t{0},
                      next = Clock::time_point()](std::string& piece) mutable -> std::optional<Clock::time_point> {
     const auto now = Clock::now();
     if (now < next) return next;
@@ -370,7 +371,7 @@ void Comparisons::follow_events(Exchange& exchange, const std::shared_ptr<LiveJo
     if (!over && version == seen) return now + kQuiet;
     seen = version;
     next = now + kProgressGap;
-    piece = over ? event("end", to_json(view)) : event("progress", progress_json(view));
+    piece = over ? event("end", to_json(view)) : event("progress", progress_json(view, rows.time()));
     return over ? std::nullopt : std::optional(next);
   };
 }

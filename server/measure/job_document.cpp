@@ -95,11 +95,11 @@ std::string result_json(const store::Job& row) {
   return row.document.substr(0, row.document.size() - 1) + ",\"view\":\"" + view_of(row) + "\"}";
 }
 
-std::string progress_json(const JobView& job) {
+std::string progress_json(const JobView& job, store::TimePoint now) {
   const store::Job& row = job.row;
-  // In the distributed form another clock dates the beginning.
+  // A clock that is set back in between must not make it negative.
   const auto since =
-      std::max(store::TimePoint::duration(0), row.finished.value_or(store::now()) - row.started.value_or(row.created));
+      std::max(store::TimePoint::duration(0), row.finished.value_or(now) - row.started.value_or(row.created));
   Json json{{"state", to_string(row.state)}};
   json.update(json_of(row.progress.value_or(store::Progress{0, std::numeric_limits<double>::infinity(), ""})));
   json["elapsed_ms"] = since.count();

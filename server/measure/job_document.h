@@ -28,8 +28,8 @@ std::string problem_json(const store::Job& row);
 // Returns the view of a job whose end was read from the store: its stages and sizes are those of its document.
 JobView as_told(const store::Job& row);
 
-// The current interval on one line: the data of a `progress` event.
-std::string progress_json(const JobView& job);
+// The current interval on one line: the data of a `progress` event. `now`: JobStore::time(), whose clock dates the job.
+std::string progress_json(const JobView& job, store::TimePoint now);
 
 // The problem of a job that was cancelled before it had an interval.
 api::Problem cancelled_early();
