@@ -1,9 +1,9 @@
 // Loaded before the C library (LD_PRELOAD): makes one folder behave as one on a disk that fails, while a file says so.
 //
-// MESHGAUGE_FAILING_DISK=<folder>:<file>. The file's three 32-bit numbers are mapped: the process concerned, the errno
-// that everything which writes to the folder fails with (0: none), and the seconds by which its clock is wrong. A real
-// file system that is in use by a writer cannot be made read-only from outside; after an I/O error the kernel does so,
-// and this is what it looks like.
+// MESHGAUGE_FAILING_DISK=<folder>:<file>. The file's three 32-bit numbers are mapped: the process concerned (-1: each
+// that has this variable), the errno that everything which writes to the folder fails with (0: none), and the seconds by
+// which its clock is wrong. A real file system that is in use by a writer cannot be made read-only from outside; after an
+// I/O error the kernel does so, and this is what it looks like.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -46,7 +46,11 @@ __attribute__((constructor)) void read_orders() {
   if (start != MAP_FAILED) orders = static_cast<const volatile Orders*>(start);
 }
 
-int ordered() { return orders && orders->process == self ? orders->error : 0; }
+constexpr std::int32_t kEveryProcess = -1;
+
+bool is_meant() { return orders && (orders->process == kEveryProcess || orders->process == self); }
+
+int ordered() { return is_meant() ? orders->error : 0; }
 
 bool concerns(const char* path) { return std::string_view(path).starts_with(folder); }
 
@@ -99,7 +103,7 @@ FAILING(int, utimensat, (int at, const char* path, const timespec* times, int fl
 extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
   static const auto real = next(&clock_gettime, "clock_gettime");
   const int failed = real(clock, time);
-  if (clock == CLOCK_REALTIME && orders && orders->process == self) time->tv_sec += orders->clock_is_wrong_by;
+  if (clock == CLOCK_REALTIME && is_meant()) time->tv_sec += orders->clock_is_wrong_by;
   return failed;
 }
 

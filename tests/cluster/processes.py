@@ -5,6 +5,7 @@ import http.client
 import json
 import os
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -17,6 +18,7 @@ from victim import Gone, ask  # noqa: E402
 BINARY = os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build" / "meshgauge"))
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("PG", "MESHGAUGE_"))}
 START_SECONDS = 60
+CLOCK = os.environ.get("MESHGAUGE_FAILING_DISK_LIBRARY", str(ROOT / "build/tests/chaos/libfailing_disk.so"))
 QUICK = ("--lease-ms", "2000", "--heartbeat-ms", "300")  # so that a test need not wait for a minute
 
 
@@ -34,9 +36,10 @@ class Ended(AssertionError):
 
 
 class Process:
-    """`meshgauge serve` or `meshgauge worker`, listening. Its port and its folder stay the same from one life to the next."""
+    """`meshgauge serve` or `meshgauge worker`, listening. Its port and its folder stay the same from one life to the next.
+    `clock`: seconds by which its clock is wrong, from its start on (failing_disk.cpp)."""
 
-    def __init__(self, scratch, name, verb, url, *flags):
+    def __init__(self, scratch, name, verb, url, *flags, clock=0):
         self.name, self.port = name, free_port()
         self.folder = scratch.path / name
         self.folder.mkdir()
@@ -45,6 +48,10 @@ class Process:
         self.command = [BINARY, verb, "--port", str(self.port), "--data-dir", str(self.folder / "data"), "--temp-dir",
                         str(self.folder / "tmp"), *flags]
         self.environment = {**ENVIRONMENT, "MESHGAUGE_DATABASE": url}
+        if clock:
+            (self.folder / "orders").write_bytes(struct.pack("iii", -1, 0, clock))
+            wrong = "%s:%s" % (self.folder / "none", self.folder / "orders")
+            self.environment.update(LD_PRELOAD=CLOCK, MESHGAUGE_FAILING_DISK=wrong)
         self.process = None
 
     def start(self, wait=True):
@@ -150,15 +157,16 @@ class Fleet:
         self.scratch, self.url, self.flags = scratch, url, flags
         self.front_ends, self.workers = [], []
 
-    def add_front_end(self, *flags):
-        return self._add(self.front_ends, "front", "serve", flags)
+    def add_front_end(self, *flags, clock=0):
+        return self._add(self.front_ends, "front", "serve", flags, clock)
 
-    def add_worker(self, *flags):
-        return self._add(self.workers, "worker", "worker", flags)
+    def add_worker(self, *flags, clock=0):
+        return self._add(self.workers, "worker", "worker", flags, clock)
 
-    def _add(self, among, name, verb, flags):
+    def _add(self, among, name, verb, flags, clock):
         """Starts the process without waiting until it is ready."""
-        among.append(Process(self.scratch, "%s%d" % (name, len(among) + 1), verb, self.url, *self.flags, *flags))
+        name = "%s%d" % (name, len(among) + 1)
+        among.append(Process(self.scratch, name, verb, self.url, *self.flags, *flags, clock=clock))
         among[-1].start(wait=False)
         return among[-1]
 

@@ -2,10 +2,11 @@
 """Faults of a cluster, one at a time. Each function raises AssertionError for a promise that was not kept, and returns a line of
 figures; it leaves the rig as it was. test_troubles.py runs them quickly; as a command, with the service's own times:
 
-    troubles.py stopped|poison|gone|drained|broken [--seconds N]
+    troubles.py stopped|poison|gone|drained|broken|clocks [--seconds N]
 """
 
 import argparse
+import datetime
 import time
 
 from rig import ASYNC, ENDED, Client, Rig, endless, holds, square, until
@@ -15,6 +16,7 @@ BRIEF = ("--lease-ms", "1500", "--heartbeat-ms", "300")
 BRIEF_WITH_LEASES = ("--lease-ms", "10000", "--heartbeat-ms", "300")
 REAL = ()
 MAX_TRIES = 5
+TEN_MINUTES = 600
 
 
 def rig_of(flags, postgres=None):
@@ -175,18 +177,76 @@ def broken(rig):
     return "broken: the job went on and was found by its key at the other front end"
 
 
+def clocks_rig(flags, postgres=None):
+    """A front end and a worker ten minutes behind the database, and one of each ten minutes ahead of it."""
+    rig = Rig(0, 0, flags, postgres=postgres)
+    try:
+        for clock in (-TEN_MINUTES, TEN_MINUTES):
+            rig.fleet.add_front_end(clock=clock)
+            rig.fleet.add_worker("--workers", "1", "--grace-ms", "300", clock=clock)
+        rig.fleet.wait()
+    except BaseException:
+        rig.close()
+        raise
+    return rig
+
+
+def clocks(rig, timeout_ms=1500):
+    """Processes that disagree about the time. All times are the database's, no lease is over before its time, and nothing
+    expires. `timeout_ms`: of a job; after 15 s processes look for leases that are over."""
+    clients = [rig.client(number) for number in (0, 1)]
+    check_clocks(rig)
+    now = float(rig.query("SELECT extract(epoch FROM clock_timestamp())"))
+    paths = [(height, client.begin(0, height, salt="clocks")) for height in range(1, 5) for client in clients]
+    long, watched = clients[0].begin_endless(timeout_ms), clients[1].begin_endless(8000)
+    elapsed = [elapsed_seen(front, watched) for front in rig.front_ends]
+    assert clients[0].send("DELETE", watched).status in (200, 204)
+    assert all(0 < most < TEN_MINUTES * 500 for most in elapsed), "ms since it began, by both clocks: %s" % elapsed
+    for height, path in [*paths, (0, long)]:
+        document, other = (client.wait_for(path, *ENDED, seconds=300) for client in clients)
+        assert document == other, "two answers of one job"
+        assert (document["state"], document["tries"]) == ("done", 1) and holds(document, height), document
+        times = [since_1970(document[name]) for name in ("created", "started", "finished", "expires")]
+        assert times == sorted(times) and abs(times[0] - now) < TEN_MINUTES / 2, (now, document)
+        assert times[-1] - times[-2] > TEN_MINUTES, "it is kept for too short: %s" % document
+    key = "Idempotency-Key: clocks\r\n"
+    first, again = (client.compare(square(0), square(2), extra=key) for client in clients)
+    assert (first.status, first.json()) == (again.status, again.json()), (first.body, again.body)
+    waited = clients[1].compare(square(0), square(6), extra="Prefer: wait=60\r\n")
+    assert waited.status == 200 and holds({"result": waited.json()}, 6), waited.body
+    return "clocks that are 20 minutes apart: %d jobs done in their first try" % (len(paths) + 1)
+
+
+def check_clocks(rig):
+    """Asserts that the clocks of the processes are wrong indeed."""
+    for among in (rig.front_ends, rig.workers):
+        for process, clock in zip(among, (-TEN_MINUTES, TEN_MINUTES)):
+            said = since_1970(process.lines()[-1]["time"])
+            assert abs(said - time.time() - clock) < TEN_MINUTES / 2, "%s logs at %r" % (process.name, said)
+
+
+def since_1970(text):
+    return datetime.datetime.fromisoformat(text.replace("Z", "+00:00")).timestamp()
+
+
+def elapsed_seen(front_end, path):
+    """The first elapsed_ms above 0 of the events of a job; 0: there was none."""
+    told = (data["elapsed_ms"] for name, data in front_end.events(path + "/events") if name == "progress")
+    return next((elapsed for elapsed in told if elapsed > 0), 0)
+
+
 def running(rig):
     return int(rig.query("SELECT count(*) FROM jobs WHERE state = 1"))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["stopped", "poison", "gone", "drained", "broken"])
-    parser.add_argument("--seconds", type=float, default=60, help="of gone: how long")
+    parser.add_argument("what", choices=["stopped", "poison", "gone", "drained", "broken", "clocks"])
+    parser.add_argument("--seconds", type=float, default=60, help="of gone and of the long job of clocks: how long")
     arguments = parser.parse_args()
     runs = {"stopped": lambda rig: stopped(rig, 5000), "poison": poison, "gone": lambda rig: gone(rig, arguments.seconds),
-            "drained": drained, "broken": broken}
-    with rig_of(REAL) as rig:
+            "drained": drained, "broken": broken, "clocks": lambda rig: clocks(rig, int(1000 * arguments.seconds))}
+    with clocks_rig(BRIEF_WITH_LEASES) if arguments.what == "clocks" else rig_of(REAL) as rig:
         print(runs[arguments.what](rig), flush=True)
 
 
