@@ -158,16 +158,22 @@ class Fleet:
         self.front_ends, self.workers = [], []
 
     def add_front_end(self, *flags, clock=0):
-        return self._add(self.front_ends, "front", "serve", flags, clock)
+        """Starts the process without waiting until it is ready."""
+        return self._started(self.add("serve", *flags, clock=clock))
 
     def add_worker(self, *flags, clock=0):
-        return self._add(self.workers, "worker", "worker", flags, clock)
+        return self._started(self.add("worker", *flags, clock=clock))
 
-    def _add(self, among, name, verb, flags, clock):
-        """Starts the process without waiting until it is ready."""
+    @staticmethod
+    def _started(process):
+        process.start(wait=False)
+        return process
+
+    def add(self, verb, *flags, clock=0):
+        """A process that is not started: `serve` or `worker`."""
+        among, name = {"serve": (self.front_ends, "front"), "worker": (self.workers, "worker")}[verb]
         name = "%s%d" % (name, len(among) + 1)
         among.append(Process(self.scratch, name, verb, self.url, *self.flags, *flags, clock=clock))
-        among[-1].start(wait=False)
         return among[-1]
 
     def wait(self):

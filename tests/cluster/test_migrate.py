@@ -1,11 +1,14 @@
 """Which process brings the schema up, and what a process without the rights to do so reports."""
 
+import random
 import subprocess
 import tempfile
+import time
 import unittest
 
 from postgres import USER, Missing, Postgres
-from processes import BINARY, ENVIRONMENT, Process, migrate
+from processes import BINARY, ENVIRONMENT, Process, migrate, until
+from schemas import AT_ONCE, MIGRATING, SHAPE, SLOWLY
 
 SERVER = None
 NEWEST = 0  # the version that a new database gets
@@ -98,6 +101,23 @@ class Migrate(unittest.TestCase):
             self.assertIn("was written by a later version of meshgauge (schema 1000; this one knows %d): run that version, or "
                           "restore an older backup" % NEWEST, self.said(verb, self.url))
         self.assertEqual(self.query("SELECT version FROM meshgauge_schema"), "1000")
+
+    def test_a_database_that_dies_meanwhile(self):
+        """Nothing is left of what was brought up until then, and the next process brings up all of it."""
+        self.query(SLOWLY)
+        migration = subprocess.Popen([BINARY, "migrate"], env={**ENVIRONMENT, "MESHGAUGE_DATABASE": self.url}, text=True,
+                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        until(lambda: int(self.query(MIGRATING)) > 0, what="the migration to begin")
+        time.sleep(random.uniform(0, 1))
+        SERVER.kill()
+        said = migration.communicate(timeout=60)
+        SERVER.start()
+        self.assertEqual((migration.returncode, said[0], said[1].count("\n")), (3, "", 1), said)
+        self.assertTrue(said[1].startswith("meshgauge: "), said)
+        self.assertEqual(self.query("SELECT count(*) FROM pg_tables WHERE schemaname = 'public'"), "0")
+        self.query(AT_ONCE)
+        migrate(self.url)
+        self.assertEqual(self.query(SHAPE), SERVER.query(SHAPE, "newest"))
 
     def test_no_schema_of_the_search_path_exists(self):
         said = self.said("serve", self.url + "?options=-csearch_path%3Dnowhere")

@@ -8,6 +8,7 @@ It writes its port to standard output and ends with its standard input. Paths th
 are not signed: see Control.
 """
 import base64
+import copy
 import datetime
 import hashlib
 import http.server
@@ -64,6 +65,7 @@ class World:
     def __init__(self, account):
         self.account, self.lock = account, threading.Lock()
         self.objects, self.uploads, self.log, self.faults = {}, {}, [], []
+        self.earlier = {}  # each object as it was before its last change; None: there was none
         self.page, self.checksums, self.least_part, self.ahead, self.last_id = 1000, True, LEAST_PART, 0.0, 0
         self.parts, self.released = Parts(), threading.Event()
 
@@ -112,8 +114,9 @@ class Control:
     def faults(self, faults):
         """[{"method", "match", "times", "what"}]: slow_down, status (with status and code, or with a body that is not
         S3's), reset, stall (with seconds), late (carried out after seconds), hold (until release), gather (until there
-        were count parts at once), cut (after the body's half), stall_body (there, for seconds), wrong_bytes, late_error
-        (200, then an error in the body), done_but_lost (carried out, then a reset)."""
+        were count parts at once), cut (after the body's half), stall_body (there, for seconds), slow (seconds before the
+        head and before each tenth of the body), wrong_bytes, stale (of a read: each object as it was before its last
+        change), late_error (200, then an error in the body), done_but_lost (carried out, then a reset)."""
         self.world.faults = faults
 
     def release(self, _):
@@ -134,6 +137,11 @@ class Control:
         for plant in plants:
             self.world.objects[plant["key"]] = Stored(plant["text"].encode(), self.world.clock() - plant.get("age_s", 0))
 
+    def truncate(self, wanted):
+        """{"key", "bytes"}: an object loses what is behind so many bytes; its checksum stays."""
+        stored = self.world.objects[wanted["key"]]
+        stored.body = stored.body[: wanted["bytes"]]
+
     def age(self, seconds):
         for thing in self.world.objects.values():
             thing.modified -= seconds
@@ -144,8 +152,19 @@ class Control:
 class Operations:
     """One request that was signed and whose body is whole. Each method raises its Answer."""
 
-    def __init__(self, world, key, query, headers, body):
-        self.world, self.key, self.query, self.headers, self.body = world, key, query, headers, body
+    def __init__(self, world, key, query, headers, body, stale=False):
+        self.world, self.key, self.query, self.headers, self.body, self.stale = world, key, query, headers, body, stale
+
+    def objects(self):
+        """What a read sees."""
+        before = self.world.earlier if self.stale else {}
+        return {key: stored for key, stored in {**self.world.objects, **before}.items() if stored}
+
+    def change(self, stored):
+        """Replaces the object; None: removes it."""
+        self.world.earlier[self.key] = self.world.objects.pop(self.key, None)
+        if stored:
+            self.world.objects[self.key] = stored
 
     def name(self, method):
         what = "bucket" if not self.key else "object"
@@ -162,9 +181,10 @@ class Operations:
         raise refusal(501, "NotImplemented")
 
     def found(self):
-        if self.key not in self.world.objects:
+        objects = self.objects()
+        if self.key not in objects:
             raise refusal(404, "NoSuchKey")
-        return self.world.objects[self.key]
+        return objects[self.key]
 
     def put_object(self):
         if "x-amz-copy-source" in self.headers:
@@ -172,7 +192,8 @@ class Operations:
         wanted = self.headers.get("x-amz-checksum-sha256")
         if wanted and wanted != base64.b64encode(hashlib.sha256(self.body).digest()).decode():
             raise refusal(400, "BadDigest")
-        self.world.objects[self.key] = stored = Stored(self.body, self.world.clock())
+        stored = Stored(self.body, self.world.clock())
+        self.change(stored)
         raise Answer(200, ETag=stored.etag)
 
     def copy(self):
@@ -181,8 +202,9 @@ class Operations:
             raise refusal(400, "InvalidRequest", "the store copies objects onto themselves alone")
         if self.headers.get("x-amz-metadata-directive") != "REPLACE":
             raise refusal(400, "InvalidRequest", "This copy request is illegal because it is trying to copy an object to itself without changing it")
-        stored = self.found()
+        stored = copy.copy(self.found())
         stored.modified = self.world.clock()
+        self.change(stored)
         raise document(f"<CopyObjectResult><ETag>{escape(stored.etag)}</ETag></CopyObjectResult>")
 
     def head_object(self):
@@ -201,7 +223,7 @@ class Operations:
         raise Answer(206 if match else 200, stored.body[begin:], ETag=stored.etag)
 
     def delete_object(self):
-        self.world.objects.pop(self.key, None)
+        self.change(None)
         raise Answer(204)
 
     def get_bucket(self):
@@ -209,11 +231,12 @@ class Operations:
         if self.query.get("list-type") != "2":
             raise refusal(501, "NotImplemented")
         after = base64.b64decode(token).decode() if token else ""
-        keys = sorted(key for key in self.world.objects if key.startswith(prefix) and key > after)
+        objects = self.objects()
+        keys = sorted(key for key in objects if key.startswith(prefix) and key > after)
         page, more = keys[: self.world.page], len(keys) > self.world.page
         text = "".join(
-            f"<Contents><Key>{escape(key)}</Key><LastModified>{xml_time(self.world.objects[key].modified)}</LastModified>"
-            f"<ETag>&quot;x&quot;</ETag><Size>{len(self.world.objects[key].body)}</Size></Contents>" for key in page)  # fmt: skip
+            f"<Contents><Key>{escape(key)}</Key><LastModified>{xml_time(objects[key].modified)}</LastModified>"
+            f"<ETag>&quot;x&quot;</ETag><Size>{len(objects[key].body)}</Size></Contents>" for key in page)  # fmt: skip
         next_token = f"<NextContinuationToken>{base64.b64encode(page[-1].encode()).decode()}</NextContinuationToken>" if more else ""
         raise document(f'<ListBucketResult xmlns="http://s3.amazonaws.com/doc/2006-03-01/"><IsTruncated>{str(more).lower()}</IsTruncated>{text}{next_token}</ListBucketResult>')
 
@@ -247,7 +270,8 @@ class Operations:
             raise refusal(400, "EntityTooSmall")
         digests = b"".join(hashlib.sha256(part).digest() for part in parts)
         composite = base64.b64encode(hashlib.sha256(digests).digest()).decode() + f"-{len(parts)}"
-        self.world.objects[self.key] = stored = Stored(b"".join(parts), self.world.clock(), f'"{hashlib.md5(digests).hexdigest()}-{len(parts)}"', composite)
+        stored = Stored(b"".join(parts), self.world.clock(), f'"{hashlib.md5(digests).hexdigest()}-{len(parts)}"', composite)
+        self.change(stored)
         del self.world.uploads[self.query["uploadId"]]
         raise document(f"<CompleteMultipartUploadResult><ETag>{escape(stored.etag)}</ETag></CompleteMultipartUploadResult>")
 
@@ -311,17 +335,17 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if fault["what"] == "reset":
             return self.reset()
         try:
-            self.operate(method, target, body)
+            self.operate(method, target, body, fault["what"] == "stale")
         except Answer as answer:
             if fault["what"] == "done_but_lost":
                 return self.reset()
             if fault["what"] == "wrong_bytes":
                 answer.body = answer.body[:-1] + bytes([answer.body[-1] ^ 1])
-            self.send(method, answer, cut=fault["what"] in ("cut", "stall_body"))
+            self.send(method, answer, fault["what"] in ("cut", "stall_body"), fault["seconds"] if fault["what"] == "slow" else 0)
             if fault["what"] == "stall_body":
                 time.sleep(fault["seconds"])
 
-    def operate(self, method, target, body):
+    def operate(self, method, target, body, stale):
         names = {name.lower() for name in self.headers}
         now = datetime.datetime.fromtimestamp(self.world.clock(), datetime.timezone.utc)
         digest = sigv4.check(method, target, {name: self.headers.get_all(name) for name in names}, self.world.account, now)
@@ -334,18 +358,25 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if bucket != self.world.account["bucket"]:
             raise refusal(404, "NoSuchBucket")
         fields = {name: values[0] for name, values in urllib.parse.parse_qs(query.replace("+", "%2B"), keep_blank_values=True).items()}
-        Operations(self.world, key, fields, {name: self.headers[name] for name in names}, body).run(method)
+        Operations(self.world, key, fields, {name: self.headers[name] for name in names}, body, stale).run(method)
 
     def part_ends(self):
         self.world.parts.add(-int(self.part))
         self.part = False
 
-    def send(self, method, answer, cut=False):
+    def send(self, method, answer, cut=False, pause=0):
+        """`pause`: seconds before the head and before each tenth of the body."""
         self.part_ends()
         headers = {"Date": formatdate(self.world.clock(), usegmt=True), "Content-Length": len(answer.body), **answer.headers}
         head = f"HTTP/1.1 {answer.status} x\r\n" + "".join(f"{name}: {value}\r\n" for name, value in headers.items()) + "\r\n"
         body = b"" if method == "HEAD" else answer.body[: len(answer.body) // 2] if cut else answer.body
-        self.wfile.write(head.encode() + body)
+        if pause:
+            tenth = len(body) // 10 + 1
+            for piece in (head.encode(), *(body[i : i + tenth] for i in range(0, len(body), tenth))):
+                time.sleep(pause)
+                self.wfile.write(piece)
+        else:
+            self.wfile.write(head.encode() + body)
         self.close_connection = cut
 
     def reset(self):

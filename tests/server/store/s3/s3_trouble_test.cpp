@@ -1,4 +1,5 @@
-// S3Blobs against a double that is overloaded, loses connections, cuts bodies off and stores other bytes.
+// S3Blobs against a double that is overloaded, slow or stale, loses connections, cuts bodies and objects off, and has
+// stored other bytes.
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -200,6 +201,98 @@ TEST_CASE("S3 in trouble: bytes of another digest are fetched once more, then re
   CHECK(stores.blobs.cache().counters().refused == 3);
   got(stores.blobs.put(planted, bytes_of("planted")));
   CHECK(text_of(*got(stores.blobs.open(planted))) == "planted");
+}
+
+TEST_CASE("S3 in trouble: an answer of 200 that holds an error is none") {
+  Stores stores;
+  const BlobKey key = key_of("ann", "x");
+  const BlobKey other = key_of("ann", "y");
+  got(stores.blobs.put(key, bytes_of("x")));
+  stores.server.fail("GET", kBlob, "late_error", 100);
+  CHECK(code_of(stores.blobs.open(key)) == ErrorCode::internal);  // its bytes have another digest
+  stores.server.fail("GET", kBlob, "late_error", 1);
+  CHECK(text_of(*got(stores.blobs.open(key))) == "x");
+  stores.server.fail("PUT", kBlob, "late_error", 100);
+  CHECK(code_of(stores.blobs.put(other, bytes_of("y"))) == ErrorCode::storage_unavailable);
+  CHECK_FALSE(got(stores.blobs.exists(other)));
+  stores.server.fail("PUT", kBlob, "late_error", 1);
+  CHECK(got(stores.blobs.put(other, bytes_of("y"))) == BlobPut::created);
+  stores.server.fail("HEAD", kBlob, "late_error", 1);
+  CHECK(code_of(stores.blobs.exists(key)) == ErrorCode::storage_unavailable);
+  stores.server.fail("GET", "list-type", "late_error", 100);
+  CHECK(code_of(stores.blobs.remove_unused({}, 0s)) == ErrorCode::storage_unavailable);
+  stores.server.fail("DELETE", kBlob, "late_error", 100);
+  CHECK(code_of(stores.blobs.remove(key)) == ErrorCode::storage_unavailable);
+  CHECK(got(stores.blobs.exists(key)));
+  stores.server.fail("DELETE", kBlob, "late_error", 1);
+  CHECK(got(stores.blobs.remove(key)));
+  CHECK_FALSE(got(stores.blobs.exists(key)));
+}
+
+TEST_CASE("S3 in trouble: objects that lost their end are refused, until they are stored again") {
+  Stores stores;
+  for (const std::string& text : {std::string("small"), long_text(5'000'000)}) {
+    for (const std::size_t left : {std::size_t{0}, text.size() / 2, text.size() - 1}) {
+      CAPTURE(left);
+      const BlobKey key = key_of("ann " + std::to_string(left), text);
+      CHECK(got(stores.blobs.put(key, bytes_of(text))) == BlobPut::created);
+      const std::string object = stores.server.settings().prefix + "/" + blob_name(key);
+      stores.server.control("truncate", {{"key", object}, {"bytes", left}});
+      CHECK(code_of(stores.blobs.open(key)) == ErrorCode::internal);
+      CHECK(got(stores.blobs.put(key, bytes_of(text))) == BlobPut::created);
+      CHECK(text_of(*got(stores.blobs.open(key))) == text);
+    }
+  }
+}
+
+TEST_CASE("S3 in trouble: stale reads miss what is new, and give no other bytes") {
+  Stores stores;
+  const BlobKey fresh = key_of("ann", "fresh");
+  CHECK(got(stores.blobs.put(fresh, bytes_of("fresh"))) == BlobPut::created);
+  stores.server.fail("GET", kBlob, "stale", 1);
+  CHECK_FALSE(got(stores.blobs.open(fresh)).has_value());
+  CHECK(text_of(*got(stores.blobs.open(fresh))) == "fresh");
+  stores.server.fail("HEAD", kBlob, "stale", 1);
+  CHECK_FALSE(got(stores.blobs.exists(fresh)));
+  stores.server.fail("HEAD", kBlob, "stale", 1);
+  CHECK(got(stores.blobs.put(fresh, bytes_of("fresh"))) == BlobPut::created);
+  CHECK(got(stores.blobs.exists(fresh)));
+
+  const BlobKey mended = key_of("ann", "mended");
+  stores.server.control("plant", {{{"key", stores.server.settings().prefix + "/" + blob_name(mended)}, {"text", "!"}}});
+  CHECK(got(stores.blobs.put(mended, bytes_of("mended"))) == BlobPut::created);
+  stores.server.fail("GET", kBlob, "stale", 1);
+  CHECK(text_of(*got(stores.blobs.open(mended))) == "mended");
+
+  CHECK(got(stores.blobs.remove(fresh)));
+  stores.server.fail("GET", "list-type", "stale", 1);
+  const std::vector<BlobKey> used{mended};
+  CHECK(got(stores.blobs.remove_unused(used, 0s)) == 0);
+  CHECK(got(stores.blobs.exists(mended)));
+}
+
+TEST_CASE("S3 in trouble: a slow server is waited for while bytes come") {
+  const S3Double server;
+  S3Limits limits = limits_for_tests();
+  limits.stall = 1s;  // less than the whole body takes
+  S3Blobs blobs(server.settings(), options_for_tests(), limits);
+  const std::string text = long_text(1'000'000);
+  const BlobKey key = key_of("ann", text);
+  nlohmann::json faults = nlohmann::json::array();
+  for (const char* method : {"PUT", "HEAD", "GET", "DELETE"}) {
+    faults.push_back({{"method", method}, {"match", kBlob}, {"times", 100}, {"what", "slow"}, {"seconds", 0.15}});
+  }
+  server.control("faults", faults);
+  CHECK(got(blobs.put(key, bytes_of(text))) == BlobPut::created);
+  CHECK(got(blobs.exists(key)));
+  std::string read;
+  CHECK(got(blobs.fetch(key, [&](std::span<const std::byte> piece) -> Result<Done> {
+    read.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+    return Done{};
+  })));
+  CHECK(read == text);
+  CHECK(got(blobs.remove(key)));
+  CHECK_FALSE(got(blobs.exists(key)));
 }
 
 TEST_CASE("S3 in trouble: cached blobs are readable without S3") {
