@@ -27,12 +27,14 @@ def address(array: Any) -> int:
 
 
 def as_array(values: Any, what: str) -> Any:
+    """An array of the same numbers, whose shape and type no other code can change: that of the user may be given others in
+    place, by another thread or by an object that is asked for its numbers next."""
     numpy = numpy_module()
     if not is_array(values):
         values = _on_the_host(values, what)
     if numpy.ma.is_masked(values):
         raise InputError(f"{what} has masked elements")
-    return guarded(what, lambda: numpy.asarray(values), "is no array of numbers")
+    return guarded(what, lambda: numpy.asarray(values).view(), "is no array of numbers")
 
 
 def _on_the_host(values: Any, what: str) -> Any:
@@ -108,6 +110,8 @@ def _checked(values: Any, what: str, kinds: str, kinds_in_words: str) -> Any:
         raise InputError(f"{what} must have the shape (n, 3), not {array.shape}")
     if array.dtype.kind not in kinds:
         raise InputError(f"{what} must be {kinds_in_words}, not {array.dtype}")
+    if len(array) >= 2**32:  # an array may claim more rows than there is memory
+        raise InputError(f"{what} have {len(array)} rows, more than 4294967295", "too-large")
     return array
 
 

@@ -64,6 +64,15 @@ class Refused(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "vertex 7 of 'b' is NaN"):
             meshgauge.compare(GOOD, (with_value(VERTICES, (7, 1), numpy.nan), FACES))
 
+    def test_more_rows_than_indices(self):
+        """Arrays of no stride, which take no memory."""
+        many = numpy.broadcast_to(VERTICES[:1], (2**32, 3)), numpy.broadcast_to(FACES[:1], (2**40, 3))
+        for mesh, message in (((many[0], FACES), "vertices of 'a' have 4294967296 rows, more than 4294967295"),
+                              ((VERTICES, many[1]), "faces of 'a' have 1099511627776 rows, more than 4294967295")):
+            with self.assertRaisesRegex(meshgauge.InputError, message) as refused:
+                meshgauge.compare(mesh, GOOD)
+            self.assertEqual(refused.exception.kind, "too-large")
+
     def test_packed_faces(self):
         class Packed:
             points = VERTICES
@@ -162,6 +171,19 @@ class Accepted(unittest.TestCase):
                            _meshes.source_of(objects.Trimesh(vertices, faces), "a"), _meshes.source_of([(vertices, faces)], "a")):
                 self.assertTrue(numpy.shares_memory(arrays.vertices, vertices))
                 self.assertTrue(numpy.shares_memory(arrays.triangles, faces))
+
+    def test_a_shape_that_changes_after_it_was_checked(self):
+        """The faces are an object, which gives the vertices another shape when it is asked for its numbers."""
+        for shape in ((-1, 1), (1, -1), (-1,)):
+            vertices = VERTICES.copy()
+
+            class Faces:
+                def __array__(self, dtype=None, copy=None):
+                    vertices.shape = shape
+                    return FACES
+
+            self.assert_same((vertices, Faces()))
+            self.assertEqual(vertices.ndim, len(shape))
 
     def test_arrays_are_not_changed(self):
         vertices, faces = VERTICES.copy(), FACES.copy()
