@@ -14,7 +14,7 @@ import types
 from patroni import Cluster
 from postgres import SKIPPED, Missing
 from processes import Ended, Fleet, migrate, until
-from rig import Client, holds, square
+from rig import Client, holds
 from schemas import MIGRATING, SHAPE, SLOWLY
 
 START_SECONDS = 180
@@ -22,8 +22,8 @@ LONGEST = 2.5  # seconds into the migration
 
 
 def bring_up(process):
-    """Starts a process again and again, as a supervisor does, until it is ready. Returns how many starts ended, each of them
-    by a line and code 3."""
+    """Starts a process again and again, as a supervisor does, until it is ready. Returns how many starts ended, each of
+    them by a line and code 3."""
     ended, end = 0, time.monotonic() + START_SECONDS
     while True:
         process.start(wait=False)
@@ -70,7 +70,8 @@ def once(cluster, number, dice, shape):
     assert holds(document, 3), document
     for process in processes:
         process.stop()
-    return "killed after %.1f s of the migration: %d starts ended, all run %.1f s later, on the whole schema" % (seconds, ended, taken)
+    return "killed after %.1f s of the migration: %d starts ended, all run %.1f s later, on the whole schema" % (
+        seconds, ended, taken)
 
 
 def main():

@@ -12,7 +12,8 @@ SELECT line FROM (
   SELECT format('%s.%s %s %s %s', table_name, column_name, data_type, is_nullable, column_default) AS line
     FROM information_schema.columns WHERE table_schema = 'public'
   UNION ALL SELECT indexdef FROM pg_indexes WHERE schemaname = 'public'
-  UNION ALL SELECT 'function ' || proname FROM pg_proc WHERE pronamespace = 'public'::regnamespace AND proname <> 'slowly'
+  UNION ALL SELECT 'function ' || proname FROM pg_proc
+    WHERE pronamespace = 'public'::regnamespace AND proname <> 'slowly'
   UNION ALL SELECT 'trigger ' || tgname FROM pg_trigger WHERE NOT tgisinternal
   UNION ALL SELECT 'version ' || version FROM meshgauge_schema) AS lines
 ORDER BY line
