@@ -37,6 +37,7 @@ struct Gate {
   // Why it cannot be measured, found before anything is: a file is missing, or is none. Other gates are measured.
   std::vector<Mistake> defects{};
   std::vector<std::string> notes{};  // sentences of the manifest without full stop: files that a glob passes over
+  std::shared_ptr<const api::Confines> confines{};  // what may be read of its files; null: any file
 };
 
 // Returns the options with limits in the unit of the result. `document`: the result of a comparison, which has the

@@ -24,10 +24,17 @@ std::string key_of(const std::filesystem::path& file) {
   return (failed ? file : real).string() + '\n' + file.filename().string();
 }
 
-Result<api::SharedMesh> read(const std::string& name, const api::Pipes* pipes, Prepared::Use use) try {
-  const auto file = api::MeshFile::open(name, pipes);
+Result<api::MeshFile> opened(const std::string& name, const api::Pipes* pipes, const api::Confines* confines) {
+  if (!confines) return api::MeshFile::open(name, pipes);
+  std::error_code failed;
+  return api::MeshFile::open_within(*confines, std::filesystem::absolute(name, failed).string());
+}
+
+Result<api::SharedMesh> read(const std::string& name, const api::Pipes* pipes, const api::Confines* confines,
+                             Prepared::Use use) try {
+  const auto file = opened(name, pipes, confines);
   if (!file) return file.error();
-  auto loaded = api::load({name, file->bytes(), name, ""}, api::ReadLimits{});
+  auto loaded = api::load({name, file->bytes(), name, ""}, confines ? confines->limits : api::ReadLimits{});
   if (!loaded) return std::move(loaded).error();
   return std::make_shared<const api::PreparedMesh>(std::move(*loaded), file->bytes().size(), use);
 } catch (const std::bad_alloc&) {
@@ -45,6 +52,7 @@ Meshes::Meshes(const std::vector<Gate>& gates, unsigned turns) {
       if (!entry) entry = &entries_[key_of(file)];
       entry->uses += turns;
       entry->pipes = gate.pipes;
+      entry->confines = gate.confines;
     }
   }
   for (auto& [key, entry] : entries_) entry.use = entry.uses > turns ? Prepared::Use::often : Prepared::Use::once;
@@ -57,7 +65,9 @@ Meshes::File Meshes::begun(const std::filesystem::path& file) {
   Entry& entry = *of_file_.at(file);
   if (entry.file.valid()) return entry.file;
   auto reading = std::make_shared<std::packaged_task<Result<api::SharedMesh>()>>(
-      [name = file.string(), pipes = entry.pipes, use = entry.use] { return read(name, pipes.get(), use); });
+      [name = file.string(), pipes = entry.pipes, confines = entry.confines, use = entry.use] {
+        return read(name, pipes.get(), confines.get(), use);
+      });
   entry.file = reading->get_future().share();
   const auto work = [reading = std::move(reading), readers = readers_]() mutable {
     (*reading)();

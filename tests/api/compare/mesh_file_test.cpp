@@ -102,6 +102,46 @@ TEST_CASE("mesh file: nothing outside of the folder of a .gltf is opened") {
   }
 }
 
+TEST_CASE("mesh file: within roots no link is followed, not for the file and not for those that it names") {
+  const test::Folder folder;
+  folder.write("out/x.bin", corners());
+  folder.write("out/m.off", test::small_mesh());
+  folder.write("in/sub/x.bin", corners());
+  folder.write("in/sub/m.off", test::small_mesh());
+  folder.write("in/sub/s.gltf", scene("x.bin"));
+  folder.write("in/sub/up.gltf", scene("../x.bin"));
+  folder.write("in/sub/link.gltf", scene("link.bin"));
+  fs::create_symlink(folder / "out/x.bin", folder / "in/sub/link.bin");
+  fs::create_symlink(folder / "out/m.off", folder / "in/link.off");
+  fs::create_symlink("sub/m.off", folder / "in/inner.off");
+  fs::create_directory_symlink(folder / "out", folder / "in/folder");
+  const Confines confines{Roots::open({(folder / "in").string()}).value()};
+  const auto said = [&](const std::string& path) {
+    const auto file = MeshFile::open_within(confines, path);
+    if (!file) return file.error().message;
+    const auto mesh = api::read_mesh(file->bytes(), {"a", path, ""}, confines.limits);
+    return mesh ? std::to_string(mesh->mesh.triangles.size()) : mesh.error().message;
+  };
+  CHECK(said("sub/m.off") == "1");
+  CHECK(said((folder / "in/sub/m.off").string()) == "1");
+  CHECK(said("sub/s.gltf") == "1");
+  CHECK(contains(said("sub/up.gltf"), "has '..'"));
+  for (const char* path : {"link.off", "inner.off", "folder/m.off", "sub/link.gltf"})
+    CHECK(contains(said(path), "is a symbolic link or lies behind one, which is not followed"));
+  CHECK(contains(said((folder / "out/m.off").string()), "is outside of the folders that may be read"));
+  CHECK(contains(said("sub"), "/in/sub' is a folder: name a file in it"));
+  CHECK(contains(said("none.off"), "/in/none.off' cannot be read: No such file or directory"));
+}
+
+TEST_CASE("mesh file: within roots a file has at most so many bytes") {
+  const test::Folder folder;
+  folder.write("m.off", test::small_mesh());
+  const Confines confines{Roots::open({folder.path().string()}).value(), {}, test::small_mesh().size() - 1};
+  const auto file = MeshFile::open_within(confines, "m.off");
+  CHECK(contains(file.error().message, "m.off' is larger than the"));
+  CHECK(file.error().code == ErrorCode::too_large);
+}
+
 TEST_CASE("mesh file: anything but a regular file is refused without blocking") {
   const test::Folder folder;
   fs::create_directories(folder / "in/folder.bin");
