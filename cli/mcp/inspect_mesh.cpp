@@ -105,7 +105,8 @@ std::string facts_in_words(const api::PreparedMesh& mesh, const std::string& nam
           ", open edges: " + api::grouped(topology.open.count) +
           ", non-manifold edges: " + api::grouped(topology.non_manifold.count) + "\n";
   if (topology.volume)
-    text += "volume: " + api::to_digits(topology.volume->lower, 9) + (unit.empty() ? "" : " cubic " + unit) + "\n";
+    text += "volume: " + api::with_unit(api::to_digits(topology.volume->lower, 9), unit.empty() ? unit : unit + "^3") +
+            "\n";
   text += "box: from " + api::in_words(facts.bbox.low) + " to " + api::with_unit(api::in_words(facts.bbox.high), unit);
   for (const std::string& note : api::notes_of(facts)) text += "\nnote: " + note;
   return check::shown_text(text);
