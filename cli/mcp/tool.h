@@ -22,7 +22,7 @@
 
 namespace meshgauge::mcp {
 
-// Of a mesh that is sent inside of a message. A message may hold two, as base64, and some text.
+// The bytes of a mesh that is sent inside of a message. A message may hold two, as base64, and some text.
 inline constexpr std::size_t kMostInlineBytes = std::size_t{16} << 20;
 inline constexpr std::size_t kMostMessageBytes = 2 * (kMostInlineBytes / 3 + 1) * 4 + (std::size_t{1} << 20);
 
