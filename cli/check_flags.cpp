@@ -160,6 +160,8 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
   command.add_option("--markdown", flags.markdown, "Write the report as Markdown, for a job summary");
   command.add_option("--code-quality", flags.code_quality, "Write the report as GitLab's Code Quality JSON");
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
+  command.add_option("--pictures", flags.pictures,
+                     "Write a PNG of each gate that does not pass into this folder: before, after and the difference");
   command.add_option(
       "--deviation,--map", flags.deviation,
       "Write the candidate coloured by its distance, signed where the gate limits sides: FILE.ply, .glb, .vtp or "
@@ -204,8 +206,8 @@ void declare(CLI::App& command, CheckFlags& flags) {
               "gate, without measuring; =missing: only where there is no baseline")
           ->check(CLI::IsMember({kUpdateDiffering, kUpdateAll, kUpdateMissing}));
   for (const char* unheard :
-       {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation", "--history",
-        "--server", "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
+       {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--pictures", "--deviation",
+        "--history", "--server", "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
     update->excludes(command.get_option(unheard));  // these flags are about a report
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);

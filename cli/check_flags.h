@@ -24,7 +24,7 @@ struct CheckFlags {
   double jobs = 0;
   std::string undecided;
 
-  std::string json, junit, sarif, markdown, code_quality, html, deviation, history;
+  std::string json, junit, sarif, markdown, code_quality, html, pictures, deviation, history;
   bool map_normals = false;
   bool quiet = false;
   bool no_colour = false;

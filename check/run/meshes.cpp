@@ -93,4 +93,9 @@ void Meshes::done(const Gate& gate) noexcept {
   }
 }
 
+void Meshes::again(const Gate& gate) {
+  const std::lock_guard lock(mutex_);
+  for (const auto* file : {&gate.candidate, &gate.baseline}) ++of_file_.at(*file)->uses;
+}
+
 }  // namespace meshgauge::check

@@ -36,6 +36,9 @@ class Meshes {
 
   void done(const Gate& gate) noexcept;
 
+  // Gives the gate, one of those of the constructor, a further turn. Files that are no longer in memory are read again.
+  void again(const Gate& gate);
+
  private:
   using File = std::shared_future<Result<api::SharedMesh>>;
   struct Entry {

@@ -122,6 +122,7 @@ class Run {
       if (!measured_.empty()) {
         auto [job, outcome] = std::move(measured_.front());
         measured_.pop_front();
+        if (outcome.measured) job->progress = {outcome.measured->lower, outcome.measured->upper, "drawing"};
         unlocked(lock, [&, job = job, &outcome = outcome] {
           keep(outcome, *job);
           finish(*job, std::move(outcome));

@@ -162,7 +162,7 @@ void fit(std::vector<Line>& rows, Line& widest, std::size_t columns) {
 std::string bar(const Standing& standing) {
   const auto full = standing.gates ? kBarWidth * standing.done / standing.gates : kBarWidth;
   return "[" + std::string(full, '#') + std::string(kBarWidth - full, '.') + "] " + std::to_string(standing.done) +
-         " of " + std::to_string(standing.gates) + " gates";
+         " of " + std::to_string(standing.gates) + " " + standing.counted;
 }
 
 std::string line_of(const Running& running) {
