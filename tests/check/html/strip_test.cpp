@@ -28,7 +28,7 @@ struct Squares {
   }
 };
 
-// Of the view `index`, 0 to 2.
+// A pixel of the view `index`, 0 to 2.
 Pixel pixel_at(const Image& strip, const StripScene& scene, int index, const Vec3& point) {
   const Seen seen = scene.camera.see(point);
   const int left = (strip.width - 3 * kStripViewWidth) / 4;
