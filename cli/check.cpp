@@ -30,6 +30,7 @@
 #include "check/reports/history.h"
 #include "check/reports/reports.h"
 #include "check/reports/wording.h"
+#include "check/revision/revision.h"
 #include "check/run/json_report.h"
 #include "check/run/local.h"
 #include "check/run/meshes.h"
@@ -358,6 +359,17 @@ Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
   return Done{};
 }
 
+// Reads the baselines of --against; nullopt without it.
+Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates) {
+  if (!flags.is_against) return std::optional<check::Revision>();
+  const bool of_manifest = flags.files.size() == 1;
+  auto revision = check::Revision::open(
+      flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path());
+  if (!revision) return revision.error();
+  if (auto ok = revision->take_baselines(gates); !ok) return ok.error();
+  return std::optional(std::move(*revision));
+}
+
 int check_gates(const CheckFlags& flags, Gates gates) {
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
@@ -366,15 +378,19 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   auto history = history_of(flags, places);
   if (!history) return refuse(flags, history.error());
   if (const auto ok = take_pipes(flags, gates); !ok) return refuse(flags, ok.error());
+  const Interrupts interrupts;
+  auto revision = revision_of(flags, gates);
+  if (!revision) return refuse(flags, revision.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
-  const Interrupts interrupts;
   use_huge_pages();
   Report report = measure(flags, gates, *parts, interrupts);
+  if (*revision) report.against = (*revision)->name();
   const auto kept = keep(*history, report);
   pictures = draw_passing(flags, report, *parts, interrupts);
   int exit_code = tell(flags, report, reports, *parts->extras);
   if (!kept) exit_code = fail_on_one_line(kept.error().message);
+  if (*revision) (*revision)->remove_copies();
   leave_at_once_if_cut(report.interrupted, *parts->meshes, exit_code);
   return exit_code;
 }
@@ -470,6 +486,7 @@ void add_check(CLI::App& app, int& exit_code) {
   declare(command, *flags);
   command.callback([flags, &command, &exit_code] {
     take_manifest_here(*flags);
+    take_own_baseline(*flags);
     exit_code = flags->init ? write_first_manifest(*flags, unheard_by_init(command)) : run(*flags);
   });
 }

@@ -192,6 +192,8 @@ std::string banner(const Report& report) {
   std::string out = "<header class=\"banner " + std::string(overall(report)) +
                     "\">\n<p class=\"brand\">meshgauge check</p>\n<h1>" + icon(overall_verdict(report)) +
                     headline(report) + "</h1>\n<p>" + consequence(report) + "</p>\n";
+  if (report.against)
+    out += "<p class=\"muted\">Baselines are those of " + escaped(report.against->in_words()) + ".</p>\n";
   return out + (report.outcomes.empty() ? "" : strip(report)) + "</header>\n";
 }
 

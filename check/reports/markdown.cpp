@@ -149,6 +149,7 @@ std::string title_of(const Report& report, const std::vector<Row>& rows) {
   const auto allowed = std::count_if(rows.begin(), rows.end(), [](const Row& r) { return r.level == Level::warning; });
   if (allowed > 0) title += " " + std::to_string(allowed) + " of them only warn.";
   if (report.interrupted) title += " The run was interrupted.";
+  if (report.against) title += " Baselines are those of " + code(report.against->in_words()) + ".";
   return title + "\n";
 }
 

@@ -44,8 +44,9 @@ class Meshes {
   struct Entry {
     std::size_t uses = 0;  // turns still to come
     Prepared::Use use = Prepared::Use::once;
-    std::shared_ptr<const api::Pipes> pipes;  // Gate::pipes
-    File file;                                // not valid: not requested yet
+    std::shared_ptr<const api::Pipes> pipes;    // Gate::pipes
+    std::shared_ptr<const api::Copies> copies;  // Gate::copies
+    File file;                                  // not valid: not requested yet
   };
 
   File begun(const std::filesystem::path& file);

@@ -38,6 +38,7 @@ Result<Measured> refused_by(const std::vector<Mistake>& defects) {
   std::string why;
   for (const Mistake& defect : defects) why += (why.empty() ? "" : "; ") + defect.message;
   const Mistake& first = defects.front();
+  if (first.line == 0) return refused(why);
   return refused(why, "", "line " + std::to_string(first.line) + ", column " + std::to_string(first.column));
 }
 

@@ -119,6 +119,7 @@ std::string count_text(const Report& report) {
     text += (first ? "" : ", ") + std::to_string(count) + " " + std::string(to_string(verdict));
     first = false;
   }
+  if (report.against) text += "; against " + shown_name(report.against->in_words());
   return text + (report.interrupted ? "; interrupted" : "") + "\n";
 }
 
