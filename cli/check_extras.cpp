@@ -146,8 +146,8 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
 }
 
 Error CheckExtras::no_map(std::size_t place, const std::string& why) const {
-  return {ErrorCode::internal, "the deviation map '" + wanted_.maps.file_of(place).string() + "' could not be made: " + why,
-          "", "--deviation"};
+  const std::string file = wanted_.maps.file_of(place).string();
+  return {ErrorCode::internal, "the deviation map '" + file + "' could not be made: " + why, "", "--deviation"};
 }
 
 std::vector<check::GatePicture> CheckExtras::pictures(const check::Report& report, unsigned processors,

@@ -137,8 +137,9 @@ Result<Done> Revision::read_tree() {
   return git_.run({"ls-tree", "-r", "-z", "--full-tree", name_.commit}, "", [&](std::FILE* out) {
     Lines lines(out);
     for (std::string_view line; lines.next(line, '\0');) {
+      constexpr auto kNone = std::string_view::npos;  // "MODE TYPE OBJECT<tab>PATH"
       const std::size_t mode = line.find(' '), type = line.find(' ', mode + 1), tab = line.find('\t');
-      if (mode == std::string_view::npos || type == std::string_view::npos || tab == std::string_view::npos) return false;
+      if (mode == kNone || type == kNone || tab == kNone) return false;
       tree_[std::string(line.substr(tab + 1))] = {std::string(line.substr(0, mode)),
                                                   std::string(line.substr(type + 1, tab - type - 1))};
     }
@@ -168,12 +169,13 @@ Result<std::string> Revision::path_of(const fs::path& baseline) const {
 Result<std::string> Revision::object_of(const std::string& path) const {
   for (std::size_t slash = path.find('/'); slash != std::string::npos; slash = path.find('/', slash + 1)) {
     const auto above = tree_.find(path.substr(0, slash));
-    if (above == tree_.end()) continue;
-    if (above->second.mode == kSubmodule)
+    const std::string mode = above == tree_.end() ? "" : above->second.mode;
+    if (mode == kSubmodule)
       return refused("lies in the submodule " + shown_path(above->first) + ", whose files " + name_.in_words() +
                      " does not hold: check it by a manifest in the submodule");
-    return refused("lies behind the symbolic link " + shown_path(above->first) + " of " + name_.in_words() +
-                   ", which is not followed: name the file itself");
+    if (mode == kSymbolicLink)
+      return refused("lies behind the symbolic link " + shown_path(above->first) + " of " + name_.in_words() +
+                     ", which is not followed: name the file itself");
   }
   const auto found = tree_.find(path);
   if (found == tree_.end()) return refused("is not in " + name_.in_words() + elsewhere(path));
@@ -220,8 +222,9 @@ Result<Done> Revision::fetch(const Needed& needed) {
       const std::size_t space = line.rfind(' ');
       api::parse_integer(line.data() + space + 1, line.data() + line.size(), bytes);
       if (space == std::string_view::npos || bytes < 0) return false;
-      is_written = copy_bytes(out, static_cast<std::uint64_t>(bytes), copy->place);
-      if (!is_written || std::fgetc(out) != '\n') return false;
+      const bool is_copied = copy_bytes(out, static_cast<std::uint64_t>(bytes), copy->place);
+      is_written = is_copied || std::feof(out) != 0 || std::ferror(out) != 0;
+      if (!is_copied || std::fgetc(out) != '\n') return false;
       resolve_pointer(*copy);
     }
     return true;
