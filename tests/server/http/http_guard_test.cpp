@@ -331,7 +331,7 @@ TEST_CASE("guard: a wake-up that comes before the response waits is kept") {
   CHECK(asked == 2);
 }
 
-TEST_CASE("guard: a stream that is never read is ended, though the kernel takes more; one that is read goes on") {
+TEST_CASE("guard: a stream that is never read is ended, though the kernel takes more, and one that is read goes on") {
   std::atomic<int> ended{0};
   const auto stream = [](Exchange& exchange) {
     exchange.response.quick = true;
