@@ -75,12 +75,12 @@ class Run {
   Report all() {
     const auto threads = std::clamp<std::size_t>(measurer_.at_once(), 1, std::max<std::size_t>(gates_.size(), 1));
     std::vector<std::thread> workers;
+    const Joined joined{*this, workers};  // first: whatever is thrown below, the threads are joined
     try {
       while (workers.size() < threads) workers.emplace_back([this] { work(); });
     } catch (const std::system_error&) {  // continue with fewer gates at the same time
       if (workers.empty()) throw;
     }
-    const Joined joined{*this, workers};
     oversee();
     joined.wait();
     return report();

@@ -17,7 +17,7 @@ from meshgauge import _meshes
 
 _FOLDER = "baselines"
 _SUFFIXES = (".ply", ".stl", ".obj", ".off", ".glb", ".gltf", ".3mf", ".xyz", ".mesh")
-_MOST_LETTERS = 100
+_MOST_LETTERS = 100  # of a name of a file; file systems take 143 to 255 bytes in all
 
 
 class Run:
@@ -66,7 +66,7 @@ class Baseline:
             if record.exists() and (writer := record.read_text()) != self._test:
                 self.writer = writer
                 return
-            staged = self.mesh.with_name(f".{self.mesh.name}.{os.getpid()}")
+            staged = self.mesh.with_name(f".meshgauge-{os.getpid()}")  # whatever the length of the baseline's name
             staged.write_bytes(source.to_file())
             staged.replace(self.mesh)
             record.write_text(self._test)

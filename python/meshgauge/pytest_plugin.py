@@ -113,20 +113,21 @@ class _Report:
         self._options = options
 
     def written(self, actual: Any, expected: Any) -> list[str]:
-        """Writes it, and the picture beside it. Returns lines with their addresses, or why there is none."""
-        self._place.parent.mkdir(parents=True, exist_ok=True)
-        # Beside the report, so that it is put there as a whole, also when another worker does the same.
-        with tempfile.TemporaryDirectory(prefix=".meshgauge-", dir=self._place.parent) as folder:
-            sources = _meshes.source_of(actual, "actual"), _meshes.source_of(expected, "expected")
-            command = [sys.executable, "-m", "meshgauge", "check", _as_file(sources[0], folder, "actual"),
-                       _as_file(sources[1], folder, "expected"), "--html=report.html", "--pictures=pictures",
-                       *self._flags(*sources)]
-            try:
+        """Writes it, and the picture beside it. Returns lines with their addresses, or why there is none: that must not hide
+        the difference."""
+        try:
+            self._place.parent.mkdir(parents=True, exist_ok=True)
+            # Beside the report, so that it is put there as a whole, also when another worker does the same.
+            with tempfile.TemporaryDirectory(prefix=".meshgauge-", dir=self._place.parent) as folder:
+                sources = _meshes.source_of(actual, "actual"), _meshes.source_of(expected, "expected")
+                command = [sys.executable, "-m", "meshgauge", "check", _as_file(sources[0], folder, "actual"),
+                           _as_file(sources[1], folder, "expected"), "--html=report.html", "--pictures=pictures",
+                           *self._flags(*sources)]
                 run = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True,
                                      timeout=_REPORT_SECONDS)
-            except (OSError, subprocess.TimeoutExpired) as trouble:
-                return [f"report: none: {trouble}"]
-            return self._taken(pathlib.Path(folder), run.stderr.strip())
+                return self._taken(pathlib.Path(folder), run.stderr.strip())
+        except (OSError, subprocess.TimeoutExpired) as trouble:
+            return [f"report: none: {trouble}"]
 
     def _taken(self, folder: pathlib.Path, trouble: str) -> list[str]:
         report = folder / "report.html"

@@ -87,6 +87,31 @@ class Plugin(unittest.TestCase):
         self.assertEqual(self.run_pytest(CLOSE % 10.1)[0], 0)
         self.assertEqual([path.name for path in baseline.parent.iterdir()], ["part.ply"])
 
+    def test_a_report_whatever_the_test_is_called(self):
+        """Ids that are no names of files, in bytes or characters, or that look alike when they are made names."""
+        source = HEAD + """
+import pytest
+
+@pytest.mark.parametrize("name", ["x" * 300, "x" * 299 + "y", "\\u00e9" * 200, "a b", "a?b"])
+def test_part(assert_mesh_close, name):
+    assert_mesh_close(shapes.box(10.5), shapes.box(10), max_distance="0.05 mm")
+"""
+        (self.folder / "pytest.ini").write_text(
+            "[pytest]\ndisable_test_id_escaping_and_forfeit_all_rights_to_community_support = True\n")
+        code, output = self.run_pytest(source, "--meshgauge-reports", str(self.folder / "reports"))
+        self.assertEqual((code, output.count("fail: the distance is at least")), (1, 5), output)
+        reports = [path.name for path in (self.folder / "reports").glob("*.html")]
+        self.assertEqual(len(reports), 5, reports)
+        self.assertLess(max(len(os.fsencode(name)) for name in reports), 143)
+
+    def test_a_folder_of_reports_that_is_none(self):
+        (self.folder / "file").write_text("")
+        code, output = self.run_pytest(CLOSE.replace('"baselines/part.ply"', "shapes.box(10)") % 10.5, "--meshgauge-reports",
+                                       str(self.folder / "file"))
+        self.assertEqual(code, 1)
+        self.assertRegex(output, r"fail: the distance is at least 0\.\d+ mm")
+        self.assertIn("report: none: ", output)
+
     def test_a_failure_says_where_and_has_a_report(self):
         self.run_pytest(CLOSE % 10, "--meshgauge-update")
         code, output = self.run_pytest(CLOSE % 10.5)
