@@ -286,8 +286,8 @@ Pictures draw_passing(const CheckFlags& flags, const Report& report, RunParts& p
   const auto told = [&](std::size_t done, std::size_t all) {
     if (!flags.quiet) display.show({all, done, {}, "pictures"});
   };
-  Pictures pictures =
-      parts.extras->pictures(report, api::processors(), [&] { return interrupts.seen(); }, told);
+  Pictures pictures = parts.extras->pictures(
+      report, api::processors(), [&] { return interrupts.seen(); }, told);
   display.clear();
   return pictures;
 }

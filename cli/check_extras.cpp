@@ -133,8 +133,7 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
   if (!candidate) return candidate.error();
   const auto baseline = meshes_->get(outcome.gate.baseline, control);
   if (!baseline) return baseline.error();
-  const check::DeviationFile file{wanted_.maps.file_of(place), check::Refine::by_format, threads_,
-                                  wanted_.map_normals};
+  const check::DeviationFile file{wanted_.maps.file_of(place), check::Refine::by_format, threads_, wanted_.map_normals};
   const auto pair =
       api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return pair.error();

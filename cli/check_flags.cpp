@@ -219,8 +219,7 @@ void declare(CLI::App& command, CheckFlags& flags) {
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
   command
       .add_option_function<std::string>(
-          "--against",
-          [&flags](const std::string& ref) { flags.against = ref, flags.is_against = true; },
+          "--against", [&flags](const std::string& ref) { flags.against = ref, flags.is_against = true; },
           "Read the baselines from this git revision, as main or HEAD~1; one mesh alone is compared with its own")
       ->excludes(update);
   command.add_flag("--init", flags.init,

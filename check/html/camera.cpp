@@ -129,8 +129,8 @@ Camera whole_view(MeshView mesh, const Frame& frame, const View& view, std::span
   return common_view(std::span(&mesh, 1), frame, view, points, width, height);
 }
 
-Camera common_view(std::span<const MeshView> meshes, const Frame& frame, const View& view,
-                   std::span<const Vec3> points, int width, int height) {
+Camera common_view(std::span<const MeshView> meshes, const Frame& frame, const View& view, std::span<const Vec3> points,
+                   int width, int height) {
   Box seen;  // along the axes of the picture
   const auto extend = [&](const Vec3& p) {
     const Vec3 q = frame.to_frame(p);

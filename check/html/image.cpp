@@ -10,7 +10,7 @@ namespace meshgauge::check {
 namespace {
 
 constexpr Pixel kMarkCasing{255, 255, 255, 230}, kMarkInk{20, 24, 30, 255};
-constexpr double kMarkRing = 9, kMarkArm = 7;                       // radius, and length of an arm outside of it
+constexpr double kMarkRing = 9, kMarkArm = 7;                  // radius, and length of an arm outside of it
 constexpr double kInkHalfWidth = 1.1, kCasingHalfWidth = 2.4;  // in pixels, as those before
 
 // Rows of five dots from the top, the highest bit on the left.

@@ -48,9 +48,7 @@ std::vector<char*> arguments_of(std::vector<std::string>& texts) {
 
 Error git_failed(const std::string& why) { return {ErrorCode::internal, "git: " + why, "", ""}; }
 
-Error git_failed_by_errno(const char* what) {
-  return git_failed(std::string(what) + ": " + std::strerror(errno));
-}
+Error git_failed_by_errno(const char* what) { return git_failed(std::string(what) + ": " + std::strerror(errno)); }
 
 // An unnamed file with this text, at its beginning.
 Stream scratch_file(std::string_view text) {

@@ -98,8 +98,7 @@ std::string folder_in_repository(const std::string& path) {
 std::string_view name_in_folder(std::string_view path) { return path.substr(path.rfind('/') + 1); }
 
 void add_defect(Gate& gate, const std::string& what) {
-  gate.defects.push_back(
-      {gate.line, gate.line > 0 ? 1 : 0, "the baseline " + shown_path(gate.baseline) + " " + what});
+  gate.defects.push_back({gate.line, gate.line > 0 ? 1 : 0, "the baseline " + shown_path(gate.baseline) + " " + what});
 }
 
 }  // namespace
@@ -229,8 +228,9 @@ Result<Done> Revision::fetch(const Needed& needed) {
     }
     return true;
   });
-  if (!is_written) return bad_revision("the files of " + name_.in_words() + " cannot be copied to " +
-                                       shown_path(folder_->path) + ": is there room?");
+  if (!is_written)
+    return bad_revision("the files of " + name_.in_words() + " cannot be copied to " + shown_path(folder_->path) +
+                        ": is there room?");
   if (!done) return bad_revision(done.error().message);
   return Done{};
 }

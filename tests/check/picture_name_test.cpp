@@ -18,9 +18,27 @@ TEST_CASE("a plain name is the picture's, any other one is shortened and has a d
 
 TEST_CASE("no name leads into another folder, hides its file or shares it") {
   std::set<std::string> names;
-  const std::string all[] = {"part", "Part", "PART", "..", ".", "../part", "/part", "-part", ".part", "part.", "a/b",
-                             "a\\b", "a b", "a-b", "a--b", "\xE2\x80\xAE", "\n", "::error::", std::string(500, 'a'),
-                             std::string(501, 'a'), std::string("a\0b", 3)};
+  const std::string all[] = {"part",
+                             "Part",
+                             "PART",
+                             "..",
+                             ".",
+                             "../part",
+                             "/part",
+                             "-part",
+                             ".part",
+                             "part.",
+                             "a/b",
+                             "a\\b",
+                             "a b",
+                             "a-b",
+                             "a--b",
+                             "\xE2\x80\xAE",
+                             "\n",
+                             "::error::",
+                             std::string(500, 'a'),
+                             std::string(501, 'a'),
+                             std::string("a\0b", 3)};
   for (const std::string& name : all) {
     CAPTURE(name);
     const std::string file = picture_name(name);

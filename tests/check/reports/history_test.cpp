@@ -204,8 +204,8 @@ TEST_CASE("history: Markdown shows the course of a gate that passes as of one th
     const bool is_second = i == 1;
     CHECK((text.find("\n\n- `pin`: last 2 runs of the distance, the limit is the height of `\u2585`: `") !=
            std::string::npos) == is_second);
-    CHECK((text.find("\n- last 2 runs of the distance, the limit is the height of `\u2585`: `") !=
-           std::string::npos) == is_second);
+    CHECK((text.find("\n- last 2 runs of the distance, the limit is the height of `\u2585`: `") != std::string::npos) ==
+          is_second);
   }
   const std::string small = to_markdown(report, 2000);
   CHECK(small.size() <= 2000);
