@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/base/text.h"
 #include "api/formats/gltf/gltf_bundle.h"
 
 namespace meshgauge::api {
@@ -14,6 +15,12 @@ using Files = std::map<std::string, WholeFile>;  // by their paths in the archiv
 
 Error named_by(const std::string& path, Error error) {
   error.message = "'" + path + "' is a glTF of several files: " + error.message;
+  return error;
+}
+
+// The Error about the file at `place`, which is called `path`.
+Error named(Error error, const std::string& place, const std::string& path) {
+  replace_all(error.message, "'" + place + "'", "'" + path + "'");
   return error;
 }
 
@@ -94,12 +101,14 @@ Result<MeshFile> MeshFile::of_file(const std::string& path, WholeFile whole, con
   return MeshFile(bundle_of(*files));
 }
 
-Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes) try {
+Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes, const Copies* copies) try {
   if (const auto sent = pipes ? pipes->find(path) : Pipes::const_iterator{}; pipes && sent != pipes->end())
     return of_pipe(path, sent->second.bytes());
-  auto whole = WholeFile::open(path);
-  if (!whole) return std::move(whole).error();
-  return of_file(path, std::move(*whole), folder_of(path).string(), "");
+  const auto copy = copies ? copies->find(path) : Copies::const_iterator{};
+  const std::string& place = copies && copy != copies->end() ? copy->second : path;
+  auto whole = WholeFile::open(place);
+  if (!whole) return named(std::move(whole).error(), place, path);
+  return of_file(path, std::move(*whole), folder_of(place).string(), "");
 } catch (const std::bad_alloc&) {
   return larger_than_memory(path);
 }

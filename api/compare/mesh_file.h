@@ -30,14 +30,17 @@ struct Confines {
   std::uint64_t max_file_bytes = kUntrustedFileBytes;
 };
 
+// Paths of files that stand in place of others, by the names that those have in messages.
+using Copies = std::map<std::string, std::string>;
+
 class MeshFile {
  public:
   // Reads a regular file. A .gltf that names other files becomes one archive with them
   // (api/formats/gltf/gltf_bundle.h): they must be regular files in its folder or below, and symbolic links to them are
   // not followed. An Error names the file that is missing, refused or too large. A path that is the name of one of
   // `pipes`, which are borrowed, is what that pipe sent; it has no folder, so a .gltf that names other files is refused
-  // there.
-  static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr);
+  // there. A path that is a name of `copies`, which are borrowed, too, is that file.
+  static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr, const Copies* copies = nullptr);
 
   // As open(), of a file that the roots find (Roots::find). No symbolic link below a root is followed. Errors also:
   // those of Roots::find(); too_large above max_file_bytes.

@@ -314,6 +314,7 @@ class Expansion {
   }
 
   void check_baseline(const Entry& entry, Gate& gate) {
+    if (lookup_.baselines == Baselines::of_revision) return;
     if (!check_confined(gate, entry.baseline.place, gate.baseline, "the baseline")) return;
     const std::string subject = "the baseline " + shown_path(gate.baseline) + " ";
     if (is_same_file(gate.candidate, gate.baseline)) {

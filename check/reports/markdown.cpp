@@ -149,6 +149,7 @@ std::string title_of(const Report& report, const std::vector<Row>& rows) {
   const auto allowed = std::count_if(rows.begin(), rows.end(), [](const Row& r) { return r.level == Level::warning; });
   if (allowed > 0) title += " " + std::to_string(allowed) + " of them only warn.";
   if (report.interrupted) title += " The run was interrupted.";
+  if (report.against) title += " Baselines are those of " + code(report.against->in_words()) + ".";
   return title + "\n";
 }
 
@@ -192,6 +193,17 @@ std::string sentence_of(const GateOutcome& outcome) {
   return sentence + ".";
 }
 
+// "last 5 runs of the distance, the limit is the height of `▅`: `▂▂▃▄▆`" for each limit; none without --history.
+std::vector<std::string> courses_of(const GateOutcome& outcome) {
+  std::vector<std::string> courses;
+  for (const Chart& chart : charts_of(outcome)) {
+    if (const std::string runs = sparkline(chart.runs); !runs.empty())
+      courses.push_back("last " + std::to_string(chart.runs.size()) + " runs of " + in_prose(chart.what) +
+                        ", the limit" + margin_of(chart) + " is the height of `▅`: `" + runs + "`");
+  }
+  return courses;
+}
+
 std::string section_of(const Row& row) {
   const GateOutcome& outcome = *row.outcome;
   std::string text = std::string("\n### ") + icon_of(row) + " " + code(outcome.gate.name) + "\n\n";
@@ -203,11 +215,7 @@ std::string section_of(const Row& row) {
   }
   if (const std::string witness = witness_of(outcome); !witness.empty())
     text += "- witness " + in_prose(witness) + "\n";
-  for (const Chart& chart : charts_of(outcome)) {
-    if (const std::string runs = sparkline(chart.runs); !runs.empty())
-      text += "- last " + std::to_string(chart.runs.size()) + " runs of " + in_prose(chart.what) + ", the limit" +
-              margin_of(chart) + " is the height of `▅`: `" + runs + "`\n";
-  }
+  for (const std::string& course : courses_of(outcome)) text += "- " + course + "\n";
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
@@ -249,15 +257,23 @@ std::size_t add_table(Page& page, const std::vector<Row>& rows) {
 }
 
 // A candidate that was moved is named, and what was not measured, also where the gate passes.
-void add_notes(Page& page, const std::vector<Row>& rows) {
+std::vector<std::string> notes_of_passed(const GateOutcome& outcome) {
+  std::vector<std::string> notes;
+  for (const std::string& note : unmeasured_of(outcome)) notes.push_back(in_prose(note));
+  const auto& measured = outcome.measured;
+  if (measured->motion && !measured->notes.empty()) notes.push_back(in_prose(shown_name(measured->notes.front())));
+  return notes;
+}
+
+// A list of what is said of the gates that pass: first all notes, since the page may end in it.
+void add_list(Page& page, const std::vector<Row>& rows) {
   const char* before = "\n";
-  for (const Row& row : rows) {
-    std::vector<std::string> notes = unmeasured_of(*row.outcome);
-    const auto& measured = row.outcome->measured;
-    if (measured->motion && !measured->notes.empty()) notes.push_back(shown_name(measured->notes.front()));
-    for (const std::string& note : notes) {
-      if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + in_prose(note) + "\n")) return;
-      before = "";
+  for (const auto& said_of : {notes_of_passed, courses_of}) {
+    for (const Row& row : rows) {
+      for (const std::string& said : said_of(*row.outcome)) {
+        if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + said + "\n")) return;
+        before = "";
+      }
     }
   }
 }
@@ -280,7 +296,7 @@ std::string to_markdown(const Report& report, std::size_t max_bytes) {
   if (!passed.empty() &&
       page.add("\n<details><summary>" + counted(passed.size(), "gate", "gates") + " passed</summary>\n")) {
     left_out += add_table(page, passed);
-    add_notes(page, passed);
+    add_list(page, passed);
     page.close("\n</details>\n");
   } else {
     left_out += passed.size();

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <new>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "api/base/figures.h"
+#include "api/base/refused.h"
 #include "api/base/text.h"
 #include "api/compare/compare.h"
 #include "api/formats/unread.h"
@@ -19,11 +22,12 @@
 #include "api/result/notes.h"
 #include "api/result/response.h"
 #include "api/result/result_document.h"
+#include "check/html/picture.h"
 #include "check/outcome.h"
 #include "check/reports/wording.h"
 #include "cli/mcp/options_schema.h"
-#include "cli/mcp/picture.h"
 #include "cli/mcp/tool.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge::mcp {
 namespace {
@@ -69,7 +73,6 @@ Json compare_output() {
   found["witness"] = schema_of({"object", "null"}, "Two points whose distance is the lower bound, one on each mesh");
   found["notes"] = schema_of("array", "What was converted or moved, what looks like a wrong unit");
   found["meshes"] = schema_of("object", "Facts of both files");
-  found["picture"] = schema_of("object", "Of the picture beside: which mesh, its size, the witness in pixels");
   schema["required"] = {"verdict", "criteria", "distance", "unit", "status", "witness", "notes", "meshes"};
   return schema;
 }
@@ -197,16 +200,32 @@ bool wants_picture(const Asked& asked, const Json& document) {
   return asked.picture.value_or(!verdict.is_null() && verdict != "pass");
 }
 
+// Returns a PNG, or why there is none.
+Result<std::vector<std::byte>> picture_of(const check::GateOutcome& outcome, const api::SharedMeshes& meshes,
+                                          ToolCall& call) try {
+  const check::Measured& measured = *outcome.measured;
+  const auto pair = api::in_unit_of_result(meshes.a, meshes.b, measured.units, measured.motion, call.control);
+  if (!pair) return pair.error();
+  ThreadPool pool(call.threads);
+  check::GatePicture picture = check::make_picture(*pair->a, *pair->b, outcome, pool, call.control, {false, true});
+  if (picture.strip.empty()) return refused(picture.missing);
+  return std::move(picture.strip);
+} catch (const std::bad_alloc&) {
+  return refused("there is not enough memory for it");
+}
+
 // Has a time of its own, since that of the measurement may be over.
 void add_picture(const Context& context, const check::GateOutcome& outcome, const api::SharedMeshes& meshes,
                  ToolCall& call, ToolAnswer& answer) {
-  if (call.progress) call.control.exchange_callback(nullptr);
+  call.control.exchange_callback(nullptr);
   call.control.set_deadline(Control::Clock::now() + context.times.default_timeout);
-  auto picture = picture_of(outcome, meshes, call.threads, call.control);
+  auto picture = picture_of(outcome, meshes, call);
   if (!picture) return add_line(answer.text, "there is no picture: " + picture.error().message);
-  add_line(answer.text, picture->words);
-  answer.found["picture"] = std::move(picture->about);
-  answer.png = std::move(picture->png);
+  add_line(answer.text,
+           "the picture shows mesh b (before), mesh a (after), and both coloured by their distance (difference); dark "
+           "red is beyond the limit" +
+               std::string(outcome.measured->witness ? ", the mark is on the point that is farthest off" : ""));
+  answer.png = std::move(*picture);
 }
 
 // --- the work ---------------------------------------------------------------------------------------------------
