@@ -27,7 +27,7 @@ Earlier written(const Report& report, const std::string& name = "0123abc.json") 
   return earlier_run(folder / name);
 }
 
-GateOutcome at(const std::string& name, double lower, double upper, double limit) {
+GateOutcome gate_at(const std::string& name, double lower, double upper, double limit) {
   GateOutcome outcome = samples::passed(name);
   set_limit(outcome.gate, limit, LengthUnit::millimeter);
   set_criteria(*outcome.measured, {distance(lower, upper, limit)});
@@ -66,15 +66,15 @@ TEST_CASE("earlier: gates of another verdict, new ones and those that are gone")
 }
 
 TEST_CASE("earlier: a limit that keeps its verdict moved only where its interval proves it, and notably") {
-  const Earlier earlier = written(samples::report_of({at("a", 1, 2, 10)}));
+  const Earlier earlier = written(samples::report_of({gate_at("a", 1, 2, 10)}));
   const auto changed = [&](GateOutcome outcome) {
     return !changes_since(earlier, samples::report_of({std::move(outcome)})).empty();
   };
-  CHECK(changed(at("a", 2.2, 3, 10)));
-  CHECK(changed(at("a", 0.1, 0.8, 10)));
-  CHECK_FALSE(changed(at("a", 1.9, 3, 10)));
-  CHECK_FALSE(changed(at("a", 2.05, 3, 10)));
-  GateOutcome in_inches = at("a", 25, 26, 100);
+  CHECK(changed(gate_at("a", 2.2, 3, 10)));
+  CHECK(changed(gate_at("a", 0.1, 0.8, 10)));
+  CHECK_FALSE(changed(gate_at("a", 1.9, 3, 10)));
+  CHECK_FALSE(changed(gate_at("a", 2.05, 3, 10)));
+  GateOutcome in_inches = gate_at("a", 25, 26, 100);
   in_inches.gate.request.options.units.limit = LengthUnit::inch;
   CHECK_FALSE(changed(in_inches));
 }
