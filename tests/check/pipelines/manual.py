@@ -22,7 +22,8 @@ README = (ROOT / "README.md").read_text()
 PIPELINE = README.split("## In a pipeline\n")[1].split("\n## ")[0]
 
 # What the pages download from, as packaging/repository says.
-RELEASES = f"https://github.com/{(ROOT / 'packaging/repository').read_text().strip()}/releases/download"
+REPOSITORY = (ROOT / "packaging/repository").read_text().strip()
+RELEASES = f"https://github.com/{REPOSITORY}/releases/download"
 
 # A stand-in for docker: runs the built program with the arguments after the image, and logs its own arguments. DOCKER_RUN: how a
 # docker ends that starts no container.
@@ -58,6 +59,11 @@ def blocks(page):
 
 def files(page):
     return {block.file: block.text for block in blocks(page) if block.language == "yaml" and block.file}
+
+
+def all_of(page, name):
+    """The texts of every file of this name that the page shows."""
+    return [block.text for block in blocks(page) if block.language == "yaml" and block.file == name]
 
 
 def rows(page, heading):
