@@ -1,5 +1,6 @@
 #include "server/main/service.h"
 
+#include "server/handlers/problems.h"
 #include "server/main/wiring.h"
 #include "server/measure/map_cache.h"
 #include "server/observe/log.h"
@@ -75,6 +76,10 @@ void Service::add_page_routes() {
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
   add("/openapi.yaml", [](Exchange& e) { answer_with(e, std::string(openapi_yaml()), 200, "application/yaml"); });
+  add("/gates.schema.json",
+      [](Exchange& e) { answer_with(e, std::string(gates_schema()), 200, "application/schema+json"); });
+  add("/problems", list_problems);
+  add("/problems/{}", show_problem);
   add("/docs", show_reference);
   add("/docs/{}", send_reference_file);
 }

@@ -217,7 +217,7 @@ class ServerCase(unittest.TestCase):
     def refused(self, answer, status, slug):
         self.assertIsNotNone(answer)
         self.assertEqual(answer.status, status, answer.body)
-        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:" + slug)
+        self.assertEqual(answer.json()["type"], "/problems/" + slug)
         return answer.json()
 
 

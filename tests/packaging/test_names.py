@@ -1,5 +1,6 @@
 """One place holds the repository's name, and one the version: what other files show of them is the same."""
 
+import json
 import os
 import pathlib
 import re
@@ -40,6 +41,17 @@ class Names(unittest.TestCase):
         self.assertGreaterEqual(len(named), 5)
         self.assertEqual(set(named), {major})
 
+    def test_the_schema_of_manifests_is_where_its_id_says(self):
+        schema = json.loads((ROOT / "check/gates.schema.json").read_text())
+        tree, _, file = schema["$id"].partition("/check/")
+        self.assertEqual(tree, f"https://raw.githubusercontent.com/{NAME}/v{VERSION.split('.')[0]}")
+        self.assertTrue((ROOT / "check" / file).is_file())
+        self.assertIn(f"\n# yaml-language-server: $schema={schema['$id']}\n", (ROOT / "docs/ci.md").read_text())
+
+    def test_packages_have_the_schema_of_manifests(self):
+        for file in ("packaging/package", "packaging/debian/rules", "python/wheel.py", "cmake/install.cmake"):
+            self.assertIn("check/gates.schema.json", (ROOT / file).read_text(), file)
+
     @unittest.skipUnless(shutil.which("git") and (ROOT / ".git").exists(), "no repository of git")
     def test_another_name_reaches_every_file(self):
         owner = NAME.split("/")[0]
@@ -56,8 +68,8 @@ class Names(unittest.TestCase):
             self.assertIn("ghcr.io/some.one/meshes:", (top / "README.md").read_text())
             for name in names:
                 text = (top / name).read_text()
-                self.assertNotIn(NAME.lower(), text.lower(), name)
-                self.assertNotRegex(text, rf"\b{re.escape(owner)}/(?!NAME\b)", name)
+                left = re.findall(rf"\b{re.escape(owner)}/(?!NAME\b)\S*|{re.escape(NAME.lower())}", text)
+                self.assertEqual(left, [], name)
 
     def test_four_ways_in_eight_lines(self):
         lines = re.search(r"^```sh\n(.*?)^```$", INSTALL, re.M | re.S)[1].splitlines()
