@@ -14,7 +14,7 @@ NAME = (ROOT / "packaging/repository").read_text().strip()
 VERSION = re.search(r"project\(meshgauge VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())[1]
 INSTALL = (ROOT / "README.md").read_text().split("## Install\n")[1].split("\n## ")[0]
 SHOWN = [ROOT / name for name in ("README.md", "docs/ci.md", "docs/install.md", "docs/packaging.md", "docker/ci/gitlab.yml", "action.yml",
-                                  "check/gates.schema.json")]
+                                  "check/gates.schema.json", ".pre-commit-hooks.yaml")]
 
 
 class Names(unittest.TestCase):

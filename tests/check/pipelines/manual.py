@@ -34,8 +34,9 @@ case $1 in
   import) tar -tf - >> "$DOCKER_LOG.image" && echo sha256:imported && exit ;;
 esac
 [ -z "$DOCKER_RUN" ] || exit "$DOCKER_RUN"
-while [ "$1" != --entrypoint ]; do shift; done
-shift 3
+while [ "$1" != --entrypoint ] && [ "${1#ghcr.io/}" = "$1" ]; do shift; done
+if [ "$1" = --entrypoint ]; then shift 2; fi
+shift
 exec meshgauge "$@"
 """
 

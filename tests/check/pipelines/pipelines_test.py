@@ -58,7 +58,8 @@ class Schemas(unittest.TestCase):
         # The schema is older than GitHub's attestations.
         release = (ROOT / ".github/workflows/release.yml").read_text().replace("      attestations: write\n", "")
         self.assertEqual(problems("github-workflow.json", release), [])
-        self.assertEqual(problems(GITLAB_SCHEMA, files(MANUAL)[".gitlab-ci.yml"]), [])
+        for name in (".gitlab-ci.yml", "meshes.gitlab-ci.yml"):
+            self.assertEqual(problems(GITLAB_SCHEMA, files(MANUAL)[name]), [])
 
     def test_the_schemas_refuse(self):
         worse = {"github-action.json": ("using: composite", "using: compost"), "github-workflow.json": ("runs-on:", "run-on:"),
