@@ -1,10 +1,8 @@
 #include "check/files.h"
 
-#include <span>
 #include <utility>
 
 #include "api/base/digest.h"
-#include "api/base/text.h"
 #include "api/base/utf8.h"
 
 namespace meshgauge::check {
@@ -52,23 +50,6 @@ std::error_code StagedFile::put() {
   fs::rename(path_, place_, failed);
   if (!failed) path_.clear();
   return failed;
-}
-
-std::string picture_name(std::string_view gate) {
-  constexpr std::size_t kLongest = 80, kDigits = 16;
-  std::string kept;
-  for (const char c : gate.substr(0, kLongest)) {
-    const char low = api::lowered(c);
-    const bool is_plain = (low >= 'a' && low <= 'z') || api::is_digit(low) || low == '_' || low == '.';
-    if (is_plain && !(kept.empty() && low == '.')) {
-      kept += low;
-    } else if (!kept.empty() && kept.back() != '-') {
-      kept += '-';
-    }
-  }
-  if (kept == gate && !kept.empty()) return kept + ".png";
-  const std::string digits = api::sha256_hex(std::as_bytes(std::span(gate))).substr(0, kDigits);
-  return (kept.empty() ? "gate" : kept) + "~" + digits + ".png";
 }
 
 std::string shown_path(const fs::path& path) {

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <system_error>
 
 namespace meshgauge::check {
@@ -36,11 +35,6 @@ class StagedFile {
   std::filesystem::path path_;  // unique to this run; empty after put()
   std::filesystem::path place_;
 };
-
-// Returns the name of the file with a gate's picture, "bracket.png": the same for the same name, and another for every
-// other one, also where case does not count. Short names of a-z, 0-9, '-', '_' and '.' are kept; any other is what is
-// left of it, '~' and digits of its SHA-256.
-std::string picture_name(std::string_view gate);
 
 std::string shown_path(const std::filesystem::path& path);  // quoted, control characters as '?'; for messages
 

@@ -27,18 +27,21 @@ struct RemoteOptions {
 
   std::chrono::milliseconds connect_timeout{10'000};
   std::chrono::seconds stall{60};  // an exchange without progress for so long has failed
-  // Time to retry transient failures: of a service that has answered before; of one that never has.
+  // The most time to retry transient failures: of a service that has answered before; of one that never has.
   std::chrono::milliseconds retry_time{300'000};
   std::chrono::milliseconds first_contact{10'000};
-  std::chrono::milliseconds cancel_time{2000};  // for a cancellation to reach the service and to be answered
+  std::chrono::milliseconds least_patience{10'000};  // for all tries of a request, if the gate's timeout is shorter
+  std::chrono::milliseconds cancel_time{2000};       // for a cancellation to reach the service and to be answered
 };
 
 // Creates the measurer; sends nothing before the first measure(). Errors: invalid_request if the URL or the key is
 // unusable, or if the key would travel over http to another machine. Uses the proxies of the environment (http_proxy,
 // https_proxy, no_proxy), except for a key that goes to this machine over http. Certificates are always checked.
 //
-// A cancelled measure() ends within about `cancel_time`, with the service's intervals so far. A gate's timeout limits
-// its comparison, not the uploads; a late answer is awaited for `retry_time`.
+// A cancelled measure() ends within about `cancel_time`, with the service's intervals so far. A gate's timeout (at
+// least `least_patience`) limits its comparison, all tries of a request together, and the time that an upload may stand
+// still, but not an upload that moves. Comparisons that wait for their turn at the service are awaited for
+// `retry_time`.
 Result<std::unique_ptr<Measurer>> remote(const RemoteOptions& options);
 
 // Returns the key in `file`, without surrounding white space. Without a file: the variable MESHGAUGE_KEY, or an empty

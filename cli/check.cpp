@@ -31,6 +31,7 @@
 #include "check/reports/history.h"
 #include "check/reports/reports.h"
 #include "check/reports/wording.h"
+#include "check/revision/revision.h"
 #include "check/run/json_report.h"
 #include "check/run/local.h"
 #include "check/run/meshes.h"
@@ -236,21 +237,29 @@ struct RunParts {
   std::unique_ptr<CheckExtras> extras;
 };
 
+Result<Extras> extras_of(const CheckFlags& flags, const Gates& gates, Places& places) {
+  auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
+  if (!maps) return maps.error();
+  auto pictures = PictureFiles::open(flags.pictures, gates, places);
+  if (!pictures) return pictures.error();
+  return Extras{!flags.html.empty(), *std::move(pictures), *std::move(maps), flags.map_normals};
+}
+
 Result<RunParts> parts_of(const CheckFlags& flags, const Gates& gates, Places& places) {
   const auto jobs = jobs_of(flags);
   if (!jobs) return jobs.error();
-  auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
-  if (!maps) return maps.error();
-  const bool here = flags.server.empty(), pictures = !flags.html.empty();
+  auto wanted = extras_of(flags, gates, places);
+  if (!wanted) return wanted.error();
+  const bool here = flags.server.empty();
   const unsigned processors = api::processors();
-  const auto meshes = std::make_shared<check::Meshes>(gates, (here ? 1U : 0U) + CheckExtras::turns(pictures, *maps));
+  const auto meshes = std::make_shared<check::Meshes>(gates, (here ? 1U : 0U) + wanted->turns());
   auto batches = std::make_unique<Batches>();
   auto measurer = here ? check::local(gates, meshes, {processors, *jobs}) : service_of(flags, *jobs, *batches);
   if (!measurer) return measurer.error();
-  // The threads that measure make the maps, while other gates run under a deadline.
+  // The threads that measure make pictures and maps, while other gates run under a deadline.
   const auto seats = std::min<std::size_t>((*measurer)->at_once(), gates.size());
-  auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps), flags.map_normals,
-                                              check::Processors::part(processors, seats), processors);
+  auto extras = std::make_unique<CheckExtras>(meshes, gates.size(), *std::move(wanted),
+                                              check::Processors::part(processors, seats));
   return RunParts{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
 }
 
@@ -266,7 +275,6 @@ Report measure(const CheckFlags& flags, const Gates& gates, RunParts& parts, con
     for (const std::string& link : parts.batches->fresh()) display.say("Seen in a browser at " + link);
   };
   watch.ended = [&](const auto& outcome, const auto& standing) {
-    if (!interrupts.seen()) parts.extras->ended(outcome);  // after an interruption no pictures are made
     if (flags.quiet) return;
     tell_batches();
     display.ended(outcome, standing, rule);
@@ -282,6 +290,18 @@ Report measure(const CheckFlags& flags, const Gates& gates, RunParts& parts, con
   report.undecided = rule;
   report.batches = parts.batches->all();
   return report;
+}
+
+// The pictures of the HTML report, of which those of gates that pass are made now.
+Pictures draw_passing(const CheckFlags& flags, const Report& report, RunParts& parts, const Interrupts& interrupts) {
+  check::ProgressDisplay display(stderr, check::terminal_columns(STDERR_FILENO), colours(flags, STDERR_FILENO));
+  const auto told = [&](std::size_t done, std::size_t all) {
+    if (!flags.quiet) display.show({all, done, {}, "pictures"});
+  };
+  Pictures pictures = parts.extras->pictures(
+      report, api::processors(), [&] { return interrupts.seen(); }, told);
+  display.clear();
+  return pictures;
 }
 
 bool print_table(const CheckFlags& flags, const Report& report, bool to_stdout) {
@@ -358,6 +378,17 @@ Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
   return Done{};
 }
 
+// Reads the baselines of --against; nullopt without it.
+Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates) {
+  if (!flags.is_against) return std::optional<check::Revision>();
+  const bool of_manifest = flags.files.size() == 1;
+  auto revision = check::Revision::open(
+      flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path());
+  if (!revision) return revision.error();
+  if (auto ok = revision->take_baselines(gates); !ok) return ok.error();
+  return std::optional(std::move(*revision));
+}
+
 int check_gates(const CheckFlags& flags, Gates gates) {
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
@@ -366,16 +397,20 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   auto history = history_of(flags, places);
   if (!history) return refuse(flags, history.error());
   if (const auto ok = take_pipes(flags, gates); !ok) return refuse(flags, ok.error());
+  const Interrupts interrupts;
+  auto revision = revision_of(flags, gates);
+  if (!revision) return refuse(flags, revision.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
-  const Interrupts interrupts;
   use_huge_pages();
   Report report = measure(flags, gates, *parts, interrupts);
+  if (*revision) report.against = (*revision)->name();
   const auto kept = keep(*history, report);
   if (!flags.since.empty()) report.since = earlier_run_of(flags);
-  pictures = parts->extras->pictures(report, [&] { return interrupts.seen(); });
+  pictures = draw_passing(flags, report, *parts, interrupts);
   int exit_code = tell(flags, report, reports, *parts->extras);
   if (!kept) exit_code = fail_on_one_line(kept.error().message);
+  if (*revision) (*revision)->remove_copies();
   leave_at_once_if_cut(report.interrupted, *parts->meshes, exit_code);
   return exit_code;
 }
@@ -471,6 +506,7 @@ void add_check(CLI::App& app, int& exit_code) {
   declare(command, *flags);
   command.callback([flags, &command, &exit_code] {
     take_manifest_here(*flags);
+    take_own_baseline(*flags);
     exit_code = flags->init ? write_first_manifest(*flags, unheard_by_init(command)) : run(*flags);
   });
 }

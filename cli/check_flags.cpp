@@ -53,7 +53,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   gate.candidate = flags.files[0];
   gate.baseline = flags.files[1];
   if (auto ok = check_pipes(flags.files[0], flags.files[1]); !ok) return ok.error();
-  if (check::is_same_file(gate.candidate, gate.baseline))
+  if (!flags.is_against && check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   auto request = flags.options.request();
   if (!request) return request.error();
@@ -78,18 +78,22 @@ Result<Done> fit_manifest(const CheckFlags& flags) {
   return Done{};
 }
 
+bool is_one_of(const std::string& file, std::initializer_list<std::string_view> suffixes) {
+  return std::find(suffixes.begin(), suffixes.end(), check::suffix_of(file)) != suffixes.end();
+}
+
+// By its name.
+bool is_mesh(const std::string& file) {
+  return !is_one_of(file, {".yaml", ".yml"}) && (api::format_by_name(file) || is_one_of(file, {".zip"}));
+}
+
 // Refuses files whose names contradict their roles.
 Result<Done> fit_files(const CheckFlags& flags) {
-  const auto is_one_of = [](const std::string& file, std::initializer_list<std::string_view> suffixes) {
-    return std::find(suffixes.begin(), suffixes.end(), check::suffix_of(file)) != suffixes.end();
-  };
   const std::string& first = flags.files[0];
   const bool manifest = is_one_of(first, {".yaml", ".yml"});
   if (flags.files.size() == 1) {
-    const bool mesh = !manifest && (api::format_by_name(first) || is_one_of(first, {".zip"}));
-    return mesh ? bad_flag("FILES",
-                           api::shown_text(first) + " is a mesh: name its baseline behind it, and --max-distance")
-                : Result<Done>(Done{});
+    if (!is_mesh(first)) return Done{};
+    return bad_flag("FILES", api::shown_text(first) + " is a mesh: name its baseline behind it, and --max-distance");
   }
   const std::string& second = flags.files[1];
   if (manifest && is_one_of(second, {".json"})) {
@@ -111,7 +115,9 @@ Asked mistaken(const Error& error) {
 
 Asked gates_of_manifest(const CheckFlags& flags) {
   if (const auto ok = fit_manifest(flags); !ok) return mistaken(ok.error());
-  const auto baselines = !flags.update.empty() ? check::Baselines::may_be_missing : check::Baselines::must_exist;
+  const auto baselines = !flags.update.empty() ? check::Baselines::may_be_missing
+                         : flags.is_against    ? check::Baselines::of_revision
+                                               : check::Baselines::must_exist;
   check::Gates read = check::gates_of(flags.files[0], baselines, check::Selection(flags.only));
   return {std::move(read.gates), std::move(read.mistakes), flags.files[0]};
 }
@@ -169,6 +175,8 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
   command.add_flag("--no-annotations", flags.no_annotations, "Write no annotations")->excludes("--annotations");
   command.add_option("--code-quality", flags.code_quality, "Write the report as GitLab's Code Quality JSON");
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
+  command.add_option("--pictures", flags.pictures,
+                     "Write a PNG of each gate that does not pass into this folder: before, after and the difference");
   command.add_option(
       "--deviation,--map", flags.deviation,
       "Write the candidate coloured by its distance, signed where the gate limits sides: FILE.ply, .glb, .vtp or "
@@ -214,13 +222,22 @@ void declare(CLI::App& command, CheckFlags& flags) {
           ->check(CLI::IsMember({kUpdateDiffering, kUpdateAll, kUpdateMissing}));
   for (const char* unheard :
        {"--json", "--junit", "--sarif", "--markdown", "--comment", "--since", "--annotations", "--code-quality",
-        "--html", "--deviation", "--history", "--server", "--statistics", "--samples", "--seed", "--fast",
+        "--html", "--pictures", "--deviation", "--history", "--server", "--statistics", "--samples", "--seed", "--fast",
         "--undecided"}) {
     update->excludes(command.get_option(unheard));  // these flags are about a report
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
+  command
+      .add_option_function<std::string>(
+          "--against", [&flags](const std::string& ref) { flags.against = ref, flags.is_against = true; },
+          "Read the baselines from this git revision, as main or HEAD~1; one mesh alone is compared with its own")
+      ->excludes(update);
   command.add_flag("--init", flags.init,
                    "Measure nothing: write a gates.yaml for the meshes of FILES, a folder; none: this one");
+}
+
+void take_own_baseline(CheckFlags& flags) {
+  if (flags.is_against && flags.files.size() == 1 && is_mesh(flags.files[0])) flags.files.push_back(flags.files[0]);
 }
 
 Asked gates_asked(const CheckFlags& flags) {

@@ -24,6 +24,7 @@ enum class ErrorCode {
   out_of_time,           // the deadline passed before there was an interval
   storage_full,          // the store has no room; may succeed later
   storage_unavailable,   // the store cannot be read or written: read-only disk, I/O error, lock; may succeed later
+  storage_damaged,       // what the store has written was changed by others, or lost by its disk: to be mended
   internal,              // a bug, or a failure of the machine (a file that cannot be opened)
 };
 

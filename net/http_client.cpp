@@ -149,11 +149,15 @@ void set_callbacks(CURL* easy, Transfer& transfer) {
 }
 
 void set_limits(CURL* easy, const HttpSettings& settings, const HttpRequest& request) {
+  if (!request.take && request.method != "HEAD") {  // the answer to a HEAD has the length of another one's body
+    curl_easy_setopt(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(settings.most_body));
+  }
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(settings.connect.count()));
   curl_easy_setopt(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(request.limit.count()));
   if (request.may_stall) return;
+  const auto stall = request.stall.count() > 0 ? std::min(request.stall, settings.stall) : settings.stall;
   curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, settings.least_speed);
-  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_TIME, static_cast<long>(settings.stall.count()));
+  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_TIME, static_cast<long>(stall.count()));
 }
 
 void set_access(CURL* easy, const HttpSettings& settings) {
@@ -229,7 +233,7 @@ void conclude(Transfer& transfer, std::optional<CURLcode> code, const HttpSettin
   } else if (answer.stopped) {
     answer.trouble = Trouble::hopeless;
     answer.why = answer.stopped->message;
-  } else if (code == CURLE_WRITE_ERROR) {
+  } else if (code == CURLE_WRITE_ERROR || code == CURLE_FILESIZE_EXCEEDED) {
     answer.trouble = Trouble::hopeless;
     answer.why = "its answer is larger than " + std::to_string(settings.most_body) + " bytes";
   } else {

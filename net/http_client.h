@@ -27,9 +27,10 @@ struct HttpSettings {
   // A status of 400 or more counts as the answer even if the connection broke while the body was sent.
   bool early_refusals = false;
   std::chrono::milliseconds connect{10'000};
-  std::chrono::seconds stall{30};       // an exchange slower than `least_speed` for so long fails
-  long least_speed = 1;                 // bytes per second, in either direction
-  std::size_t most_body = 4ULL << 20U;  // maximum size of an answer; beyond it Trouble::hopeless
+  std::chrono::seconds stall{30};  // an exchange slower than `least_speed` for so long fails
+  long least_speed = 1;            // bytes per second, in either direction
+  // Maximum size of an answer that is stored; beyond it Trouble::hopeless, at once where its head says so.
+  std::size_t most_body = 4ULL << 20U;
 };
 
 struct HttpRequest {
@@ -39,6 +40,7 @@ struct HttpRequest {
   std::vector<std::pair<std::string, std::string>> headers;
   std::span<const std::byte> body = {};     // for PUT and POST; outlives the exchange
   std::chrono::milliseconds limit{60'000};  // time limit of the whole exchange; 0: none
+  std::chrono::seconds stall{0};            // as that of the settings, where it is less; 0: theirs alone
   bool may_stall = false;                   // the server may take minutes without sending a byte
   std::function<void()> begin = nullptr;    // called before each exchange
   // Receives the body of a 200 or 206 piece by piece; an Error ends the exchange. Null: the body is stored in the

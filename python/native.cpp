@@ -7,8 +7,10 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -34,25 +36,29 @@ constexpr std::chrono::hours kLongestTimeout{24 * 7};  // also what a job withou
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && alignof(Vec3) == alignof(double));
 static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
 
-MeshView view_of(const meshgauge_mesh& mesh) {
-  return {{reinterpret_cast<const Vec3*>(mesh.positions), mesh.vertices},
-          {reinterpret_cast<const Triangle*>(mesh.triangles), mesh.triangle_count}};
+// A copy, which is checked and measured: another thread may change the caller's arrays meanwhile, and an index that was
+// checked would lead elsewhere. The search takes several times the memory and the time of the copy.
+std::shared_ptr<const Mesh> copy_of(const meshgauge_mesh& mesh) {
+  const std::span positions(reinterpret_cast<const Vec3*>(mesh.positions), mesh.vertices);
+  const std::span triangles(reinterpret_cast<const Triangle*>(mesh.triangles), mesh.triangle_count);
+  const bool is_cloud = triangles.empty() && !positions.empty();
+  Mesh copy;
+  copy.positions.assign(positions.begin(), positions.end());
+  copy.triangles.assign(triangles.begin(), triangles.end());
+  if (is_cloud) copy.triangles = points_as_triangles(positions.size());
+  return std::make_shared<const Mesh>(std::move(copy));
 }
 
 Result<api::SharedMesh> prepared_arrays(const meshgauge_mesh& mesh, const std::string& part, Control& control) {
-  MeshView view = view_of(mesh);
+  const std::shared_ptr<const Mesh> copy = copy_of(mesh);
+  const MeshView view = *copy;
   api::ReadNotes notes;
-  notes.cloud = view.triangles.empty() && !view.positions.empty();
-  std::shared_ptr<const std::vector<Triangle>> points;
-  if (notes.cloud) {
-    points = std::make_shared<const std::vector<Triangle>>(points_as_triangles(view.positions.size()));
-    view.triangles = *points;
-  }
+  notes.cloud = mesh.triangle_count == 0 && mesh.vertices > 0;
   const auto interrupted = [&control] { return control.check() != Interruption::none; };
   if (auto ok = validate(view, MeshLimits{}, part, interrupted); !ok) return ok.error();
   const std::size_t bytes = view.positions.size_bytes() + view.triangles.size_bytes();
-  auto prepared = std::make_shared<const api::PreparedMesh>(
-      api::LoadedMesh{view, api::Format::arrays, notes, "", points}, bytes, Prepared::Use::once, interrupted);
+  auto prepared = std::make_shared<const api::PreparedMesh>(api::LoadedMesh{view, api::Format::arrays, notes, "", copy},
+                                                            bytes, Prepared::Use::once, interrupted);
   if (auto ok = api::in_time(control, "'" + part + "' was read"); !ok) return ok.error();
   return prepared;
 }
@@ -113,7 +119,9 @@ Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& 
   control.set_deadline(Control::Clock::now() + request->timeout);
   const auto start = Control::Clock::now();
   api::StageTimes times;
-  const auto policy = request->options.threads > 1 ? std::launch::async : std::launch::deferred;
+  // With both, the library reads later on this thread if the system has no other one.
+  constexpr auto kAtOnce = std::launch::async | std::launch::deferred;
+  const auto policy = request->options.threads > 1 ? kAtOnce : std::launch::deferred;
   auto reading_b = std::async(policy, [&] { return read_timed(b, "b", control, times.read_b); });
   const auto read_a = read_timed(a, "a", control, times.read_a);
   if (!read_a) return read_a.error();

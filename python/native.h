@@ -13,8 +13,8 @@ extern "C" {
 #endif
 
 // One mesh: a file (`path`), the content of a file (`bytes`), or arrays (`positions` and `triangles`; a point cloud has
-// no triangles). The fields of the other two forms are null or 0. Everything is borrowed until the job has ended, and
-// must not change before.
+// no triangles). The fields of the other two forms are null or 0. Everything is borrowed until the job has ended. The
+// arrays are copied when it begins: what another thread changes meanwhile is measured in part or not at all.
 typedef struct {
   const char* path;
   const void* bytes;

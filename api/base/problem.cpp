@@ -110,6 +110,7 @@ const ProblemRow& row_of(ProblemKind kind) {
 }
 
 ProblemKind kind_of(ErrorCode code) {
+  if (code == ErrorCode::storage_damaged) return ProblemKind::storage_unavailable;  // to clients there is no difference
   for (const ProblemRow& row : kTable) {
     if (row.code == code) return row.kind;
   }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/base/text.h"
 #include "api/formats/gltf/gltf_bundle.h"
 
 namespace meshgauge::api {
@@ -17,18 +18,26 @@ Error named_by(const std::string& path, Error error) {
   return error;
 }
 
+// The Error about the file at `place`, which is called `path`.
+Error named(Error error, const std::string& place, const std::string& path) {
+  replace_all(error.message, "'" + place + "'", "'" + path + "'");
+  return error;
+}
+
 Error too_large(const std::string& path, const std::string& what) {
   return named_by(path, {ErrorCode::too_large, "it and the files that it names are " + what, "", ""});
 }
 
-Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names) {
+// `place`: where the file is that messages call `path`.
+Result<Files> files_of(const std::string& path, const std::string& place, WholeFile scene,
+                       const std::vector<std::string>& names) {
   if (names.size() > kMostBundleFiles) {
     return named_by(
         path, {ErrorCode::too_large,
                "it names " + std::to_string(names.size()) + " files (limit " + std::to_string(kMostBundleFiles) + ")",
                "", ""});
   }
-  const std::string folder = folder_of(path).string();
+  const std::string folder = folder_of(place).string();
   std::uint64_t left = kMostBundleBytes - BundleWriter::bytes_for_end();
   Files files;
   const auto add = [&](const std::string& name, WholeFile file) {
@@ -79,16 +88,18 @@ Result<MeshFile> MeshFile::of_pipe(const std::string& name, std::span<const std:
                          "", ""});
 }
 
-Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes) try {
+Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes, const Copies* copies) try {
   if (const auto sent = pipes ? pipes->find(path) : Pipes::const_iterator{}; pipes && sent != pipes->end())
     return of_pipe(path, sent->second.bytes());
-  auto whole = WholeFile::open(path);
-  if (!whole) return std::move(whole).error();
+  const auto copy = copies ? copies->find(path) : Copies::const_iterator{};
+  const std::string& place = copies && copy != copies->end() ? copy->second : path;
+  auto whole = WholeFile::open(place);
+  if (!whole) return named(std::move(whole).error(), place, path);
   const auto bytes = whole->bytes();
   if (!is_gltf_json(bytes)) return MeshFile(std::move(*whole));
   const std::vector<std::string> names = files_named_by(bytes);
   if (names.empty()) return MeshFile(std::move(*whole));
-  const auto files = files_of(path, std::move(*whole), names);
+  const auto files = files_of(path, place, std::move(*whole), names);
   if (!files) return files.error();
   return MeshFile(bundle_of(*files));
 } catch (const std::bad_alloc&) {

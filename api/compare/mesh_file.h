@@ -20,14 +20,17 @@ std::filesystem::path folder_of(const std::filesystem::path& file);  // "." wher
 // What pipes sent, by the name that each has in messages: a pipe is read once, and opened here as often as a file.
 using Pipes = std::map<std::string, MemoryFile>;
 
+// Paths of files that stand in place of others, by the names that those have in messages.
+using Copies = std::map<std::string, std::string>;
+
 class MeshFile {
  public:
   // Reads a regular file. A .gltf that names other files becomes one archive with them
   // (api/formats/gltf/gltf_bundle.h): they must be regular files in its folder or below, and symbolic links to them are
   // not followed. An Error names the file that is missing, refused or too large. A path that is the name of one of
   // `pipes`, which are borrowed, is what that pipe sent; it has no folder, so a .gltf that names other files is refused
-  // there.
-  static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr);
+  // there. A path that is a name of `copies`, which are borrowed, too, is that file.
+  static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr, const Copies* copies = nullptr);
 
   std::span<const std::byte> bytes() const {
     if (!bundle_.empty()) return std::as_bytes(std::span(bundle_));

@@ -15,8 +15,9 @@ namespace meshgauge::check {
 
 inline constexpr std::size_t kMaxGates = 10'000;
 
-// `may_be_missing` is for --update-baselines.
-enum class Baselines { must_exist, may_be_missing };
+// `may_be_missing` is for --update-baselines, `of_revision` for --against: they are looked up later, and may have the
+// paths of their candidates.
+enum class Baselines { must_exist, may_be_missing, of_revision };
 
 // Selects gates of a manifest by name: --only.
 class Selection {

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <span>
 #include <thread>
+#include <utility>
 
 #include "api/base/text.h"
 #include "api/base/utf8.h"
@@ -71,7 +72,7 @@ bool BatchResults::take_line(std::string_view text) {
 Batch::Outcome Batch::measure() {
   if (control_.check() == Interruption::cancelled) return {Fate::failed, cancelled()};
   document_ = document();
-  const auto reply = client_.ask(request(), control_);
+  const auto reply = client_.ask(request(), control_, longest());
   if (reply) return answered(*reply);
   if (control_.check() == Interruption::cancelled) return abandon();
   return {Fate::failed, reply.error()};
@@ -139,20 +140,21 @@ std::optional<BatchState> Batch::ours(const HttpAnswer& reply) const {
 
 // Polls the batch until it has ended, through restarts of the service and of proxies.
 Batch::Outcome Batch::follow(const std::string& id) {
-  const auto slack = longest() + client_.retry_time();
   std::size_t ended = 0;
+  bool runs = false;
   read_ = Clock::now();
   milliseconds interval = kFirstPoll;
   HttpRequest request{"GET", path_of(id), {{"Prefer", kFirstPollWaits}}};
-  for (auto wall = Clock::now() + slack; Clock::now() < wall;) {
-    const auto reply = client_.ask(request, control_);
+  for (auto wall = Clock::now() + slack(runs); Clock::now() < wall;) {
+    const auto reply = client_.ask(request, control_, longest());
     if (control_.check() == Interruption::cancelled) return cancel(id);
     if (!reply) return {Fate::failed, reply.error()};
     if (reply->status == 404) return lost();
     const auto batch = reply->status == 200 ? ours(*reply) : std::nullopt;
     if (!batch || batch->id != id) return failed(*reply);
     for (const auto& [place, progress] : batch->running) pairs_[place]->report(progress);
-    if (batch->ended > ended) wall = Clock::now() + slack;
+    const bool did_run = std::exchange(runs, !batch->running.empty());
+    if (batch->ended > ended || runs != did_run) wall = Clock::now() + slack(runs);
     ended = std::max(ended, batch->ended);
     const auto there = batch->finished || due(*batch) ? read(id) : Result<Done>(Done{});
     if (control_.check() == Interruption::cancelled) return cancel(id);
@@ -171,6 +173,11 @@ bool Batch::due(const BatchState& batch) const {
   if (batch.ended <= known_) return false;
   return batch.ended - known_ >= std::max<std::size_t>(pairs_.size() / kShareOfRead, 1) ||
          Clock::now() >= read_ + kReadEvery;
+}
+
+// How long nothing may change. What runs ends by its time limit; before that, comparisons of others may come first.
+milliseconds Batch::slack(bool runs) const {
+  return 2 * longest() + (runs ? client_.patience(longest()) : client_.retry_time());
 }
 
 milliseconds Batch::longest() const {
@@ -193,7 +200,7 @@ HttpRequest Batch::results_request(const std::string& id, BatchResults& results)
 // If the batch is forgotten meanwhile, the next poll notices.
 Result<Done> Batch::read(const std::string& id) {
   BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
-  const auto reply = client_.ask(results_request(id, results), control_);
+  const auto reply = client_.ask(results_request(id, results), control_, longest());
   read_ = Clock::now();
   if (!reply) return reply.error();
   if (reply->status != 200 && reply->status != 404) return failed(*reply).error;

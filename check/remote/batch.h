@@ -87,6 +87,7 @@ class Batch {
   Outcome follow(const std::string& id);
   std::optional<BatchState> ours(const HttpAnswer& reply) const;
   bool due(const BatchState& batch) const;
+  std::chrono::milliseconds slack(bool runs) const;
   std::chrono::milliseconds longest() const;
   Result<Done> read(const std::string& id);
   HttpRequest results_request(const std::string& id, BatchResults& results) const;

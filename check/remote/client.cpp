@@ -11,8 +11,10 @@ namespace meshgauge::check::service {
 namespace {
 
 using Clock = Control::Clock;
+using std::chrono::milliseconds;
 
-constexpr long kHardlyMoves = 1000;  // bytes per second
+constexpr long kHardlyMoves = 1000;      // bytes per second
+constexpr milliseconds kLeastTry{1000};  // for an answer
 
 constexpr RetriedStatus kRetried[] = {
     {408, 3},            // the upload was too slow
@@ -50,6 +52,23 @@ net::HttpSettings http_settings(const RemoteOptions& options, const std::string&
   return http;
 }
 
+// Whether it may take long though all is well.
+bool is_large(const HttpRequest& request) {
+  constexpr std::size_t kMuch = std::size_t{64} << 10;  // bytes
+  return request.take || request.body.size() > kMuch;
+}
+
+// The request, to end at `end`. A large one has its own time limit, and may stand still for `most`.
+HttpRequest within(HttpRequest request, Clock::time_point end, milliseconds most) {
+  if (is_large(request)) {
+    request.stall = std::chrono::ceil<std::chrono::seconds>(most);
+  } else {
+    const auto left = std::chrono::ceil<milliseconds>(end - Clock::now());
+    request.limit = std::clamp(left, kLeastTry, request.limit);
+  }
+  return request;
+}
+
 }  // namespace
 
 std::span<const RetriedStatus> retried_statuses() { return kRetried; }
@@ -77,16 +96,20 @@ Client::Client(const RemoteOptions& options, const std::string& base)
     : http_(http_settings(options, base)),
       retry_time_(options.retry_time),
       first_contact_(options.first_contact),
+      least_patience_(options.least_patience),
       cancel_time_(options.cancel_time) {}
 
-Result<HttpAnswer> Client::ask(const HttpRequest& request, Control& control) {
-  Retries retries(retry_time_, first_contact_);
+Result<HttpAnswer> Client::ask(const HttpRequest& request, Control& control, milliseconds timeout) {
+  const milliseconds most = patience(timeout);
+  const auto end = Clock::now() + most;
+  Retries retries(std::min(retry_time_, most), std::min(first_contact_, most));
   const auto interrupted = [&] { return control.check() == Interruption::cancelled; };
   for (;;) {
     if (auto known = known_trouble()) return *known;
-    HttpAnswer answer = once(request, interrupted);
+    HttpAnswer answer = once(within(request, end, most), interrupted);
     if (answer.trouble == Trouble::cancelled) return cancelled();
-    const auto wait = retries.after(answer, reached_, Clock::now(), random_part());
+    auto wait = retries.after(answer, reached_, Clock::now(), random_part());
+    if (wait && !is_large(request) && Clock::now() + *wait >= end) wait.reset();
     if (!wait && answer.trouble == Trouble::none) return answer;
     if (!wait) return no_reply(answer);
     if (!pause(*wait, control)) return cancelled();

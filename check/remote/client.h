@@ -1,6 +1,7 @@
 // Sends requests to the service, with retries: which failures are retried, how often and after which pause.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -85,11 +86,16 @@ class Client {
   const std::string& base() const { return http_.settings().base; }
   bool has_key() const { return !http_.settings().key.empty(); }
   std::chrono::milliseconds retry_time() const { return retry_time_; }
+  // How long all tries of a request may take for gates of this `timeout`.
+  std::chrono::milliseconds patience(std::chrono::milliseconds timeout) const {
+    return std::max(timeout, least_patience_);
+  }
   std::chrono::milliseconds cancel_time() const { return cancel_time_; }
 
   // Sends the request, again after transient failures. Returns the last reply: a success, a permanent refusal, or a
-  // failure that outlasted `retry_time`. Errors: cancelled(), or why there is no reply. Blocks.
-  Result<HttpAnswer> ask(const HttpRequest& request, Control& control);
+  // failure that outlasted `retry_time`. Errors: cancelled(), or why there is no reply. Blocks for patience(timeout) at
+  // most; where much is sent or received, so long after a first failure. `timeout`: of the gates that it is for.
+  Result<HttpAnswer> ask(const HttpRequest& request, Control& control, std::chrono::milliseconds timeout);
 
   // Sends the request once.
   HttpAnswer once(const HttpRequest& request, const Interrupted& interrupted);
@@ -101,6 +107,7 @@ class Client {
   net::HttpClient http_;
   const std::chrono::milliseconds retry_time_;
   const std::chrono::milliseconds first_contact_;
+  const std::chrono::milliseconds least_patience_;
   const std::chrono::milliseconds cancel_time_;
   std::atomic<bool> reached_{false};  // the service has answered at least once
   std::mutex mutex_;

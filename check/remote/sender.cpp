@@ -46,7 +46,7 @@ Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control
 
 // Refuses a file that cannot be a mesh without sending it, with the message that the reader would give.
 Result<std::string> Sender::hash(const Gate& gate, const std::filesystem::path& file, Control& control) {
-  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get());
+  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get(), gate.copies.get());
   if (!whole) return whole.error();
   const std::string name = file.string();
   // Gzip-compressed files are checked by the service.
@@ -64,7 +64,7 @@ Result<std::string> Sender::hash(const Gate& gate, const std::filesystem::path& 
 
 Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id,
                              Control& control) {
-  const auto known = client_.ask({"HEAD", "/v1/meshes/" + id, {}}, control);
+  const auto known = client_.ask({"HEAD", "/v1/meshes/" + id, {}}, control, gate.request.timeout);
   if (!known) return known.error();
   if (known->status == 200) return Done{};
   // A refused HEAD has no body that says why; PUT has.
@@ -73,7 +73,7 @@ Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file
 
 Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control) {
   control.report({0, Progress{}.upper, "send"});
-  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get());
+  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get(), gate.copies.get());
   if (!whole) return whole.error();
   const HttpRequest request{"PUT",
                             "/v1/meshes/" + id,
@@ -81,7 +81,7 @@ Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, co
                              {"Content-Disposition", disposition(file.string() + std::string(whole->more_suffix()))}},
                             whole->bytes(),
                             limit_of(whole->bytes().size())};
-  const auto reply = client_.ask(request, control);
+  const auto reply = client_.ask(request, control, gate.request.timeout);
   if (!reply) return reply.error();
   if (reply->status == 200 || reply->status == 201) return Done{};
   const auto problem = problem_from(std::string_view(reply->body));

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "check/files.h"
+#include "check/picture_name.h"
 #include "check/reports/earlier.h"
 #include "check/reports/history.h"
 #include "check/reports/wording.h"
@@ -148,6 +148,7 @@ std::string title_of(const Report& report, const std::vector<Row>& rows) {
   const auto allowed = std::count_if(rows.begin(), rows.end(), [](const Row& r) { return r.level == Level::warning; });
   if (allowed > 0) title += " " + std::to_string(allowed) + " of them only warn.";
   if (report.interrupted) title += " The run was interrupted.";
+  if (report.against) title += " Baselines are those of " + code(report.against->in_words()) + ".";
   return title + "\n";
 }
 
@@ -232,6 +233,17 @@ std::string picture_mark(const GateOutcome& outcome) {
   return "<!-- picture: " + picture_name(outcome.gate.name) + " -->";
 }
 
+// "last 5 runs of the distance, the limit is the height of `▅`: `▂▂▃▄▆`" for each limit; none without --history.
+std::vector<std::string> courses_of(const GateOutcome& outcome) {
+  std::vector<std::string> courses;
+  for (const Chart& chart : charts_of(outcome)) {
+    if (const std::string runs = sparkline(chart.runs); !runs.empty())
+      courses.push_back("last " + std::to_string(chart.runs.size()) + " runs of " + in_prose(chart.what) +
+                        ", the limit" + margin_of(chart) + " is the height of `▅`: `" + runs + "`");
+  }
+  return courses;
+}
+
 std::string section_of(const Row& row, Form form) {
   const GateOutcome& outcome = *row.outcome;
   std::string text = std::string("\n### ") + icon_of(row) + " " + code(outcome.gate.name) + "\n\n";
@@ -245,11 +257,7 @@ std::string section_of(const Row& row, Form form) {
   }
   if (const std::string witness = witness_of(outcome); !witness.empty())
     text += "- witness " + in_prose(witness) + "\n";
-  for (const Chart& chart : charts_of(outcome)) {
-    if (const std::string runs = sparkline(chart.runs); !runs.empty())
-      text += "- last " + std::to_string(chart.runs.size()) + " runs of " + in_prose(chart.what) + ", the limit" +
-              margin_of(chart) + " is the height of `▅`: `" + runs + "`\n";
-  }
+  for (const std::string& course : courses_of(outcome)) text += "- " + course + "\n";
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
@@ -299,15 +307,23 @@ std::string title_of_fold(std::size_t gates, std::size_t limits) {
 }
 
 // A candidate that was moved is named, and what was not measured, also where the gate passes.
-void add_notes(Page& page, const std::vector<Row>& rows) {
+std::vector<std::string> notes_of_passed(const GateOutcome& outcome) {
+  std::vector<std::string> notes;
+  for (const std::string& note : unmeasured_of(outcome)) notes.push_back(in_prose(note));
+  const auto& measured = outcome.measured;
+  if (measured->motion && !measured->notes.empty()) notes.push_back(in_prose(shown_name(measured->notes.front())));
+  return notes;
+}
+
+// A list of what is said of the gates that pass: first all notes, since the page may end in it.
+void add_list(Page& page, const std::vector<Row>& rows) {
   const char* before = "\n";
-  for (const Row& row : rows) {
-    std::vector<std::string> notes = unmeasured_of(*row.outcome);
-    const auto& measured = row.outcome->measured;
-    if (measured->motion && !measured->notes.empty()) notes.push_back(shown_name(measured->notes.front()));
-    for (const std::string& note : notes) {
-      if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + in_prose(note) + "\n")) return;
-      before = "";
+  for (const auto& said_of : {notes_of_passed, courses_of}) {
+    for (const Row& row : rows) {
+      for (const std::string& said : said_of(*row.outcome)) {
+        if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + said + "\n")) return;
+        before = "";
+      }
     }
   }
 }
@@ -330,7 +346,7 @@ std::string to_text(const Report& report, Form form, std::size_t max_bytes) {
   if (passed.size() + kept.size() > 0 &&
       page.add("\n<details><summary>" + title_of_fold(passed.size(), kept.size()) + "</summary>\n")) {
     left_out += add_table(page, passed, form, kept);
-    add_notes(page, passed);
+    add_list(page, passed);
     page.close("\n</details>\n");
   } else {
     left_out += passed.size();

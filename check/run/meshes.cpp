@@ -24,8 +24,9 @@ std::string key_of(const std::filesystem::path& file) {
   return (failed ? file : real).string() + '\n' + file.filename().string();
 }
 
-Result<api::SharedMesh> read(const std::string& name, const api::Pipes* pipes, Prepared::Use use) try {
-  const auto file = api::MeshFile::open(name, pipes);
+Result<api::SharedMesh> read(const std::string& name, const api::Pipes* pipes, const api::Copies* copies,
+                             Prepared::Use use) try {
+  const auto file = api::MeshFile::open(name, pipes, copies);
   if (!file) return file.error();
   auto loaded = api::load({name, file->bytes(), name, ""}, api::ReadLimits{});
   if (!loaded) return std::move(loaded).error();
@@ -45,6 +46,7 @@ Meshes::Meshes(const std::vector<Gate>& gates, unsigned turns) {
       if (!entry) entry = &entries_[key_of(file)];
       entry->uses += turns;
       entry->pipes = gate.pipes;
+      entry->copies = gate.copies;
     }
   }
   for (auto& [key, entry] : entries_) entry.use = entry.uses > turns ? Prepared::Use::often : Prepared::Use::once;
@@ -57,7 +59,9 @@ Meshes::File Meshes::begun(const std::filesystem::path& file) {
   Entry& entry = *of_file_.at(file);
   if (entry.file.valid()) return entry.file;
   auto reading = std::make_shared<std::packaged_task<Result<api::SharedMesh>()>>(
-      [name = file.string(), pipes = entry.pipes, use = entry.use] { return read(name, pipes.get(), use); });
+      [name = file.string(), pipes = entry.pipes, copies = entry.copies, use = entry.use] {
+        return read(name, pipes.get(), copies.get(), use);
+      });
   entry.file = reading->get_future().share();
   const auto work = [reading = std::move(reading), readers = readers_]() mutable {
     (*reading)();
@@ -91,6 +95,11 @@ void Meshes::done(const Gate& gate) noexcept {
     const auto entry = of_file_.find(*file);
     if (entry != of_file_.end() && --entry->second->uses == 0) last = std::move(entry->second->file);
   }
+}
+
+void Meshes::again(const Gate& gate) {
+  const std::lock_guard lock(mutex_);
+  for (const auto* file : {&gate.candidate, &gate.baseline}) ++of_file_.at(*file)->uses;
 }
 
 }  // namespace meshgauge::check

@@ -47,8 +47,8 @@ def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
     A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF, XYZ; also gzip-compressed), the content of such a file as bytes, a
     pair (vertices, faces) of arrays of the shapes (n, 3) and (m, 3), an object of trimesh, Open3D, PyVista, meshio,
     numpy-stl or manifold3d (docs/python.md), or a list of such pairs and objects, which is one surface. Arrays of float64,
-    and of uint32 or int32, that are contiguous are read without a copy; do not change them before this returns. Without
-    faces it is a point cloud, from which alone distances are measured: direction="a_to_b".
+    and of uint32 or int32, that are contiguous are copied once, by the engine; what another thread changes meanwhile is
+    measured in part. Without faces it is a point cloud, from which alone distances are measured: direction="a_to_b".
 
     Args:
         max_distance: The largest distance that passes, as a length or as a share ('0.5 %') of the diagonal of b: "0.05

@@ -116,6 +116,6 @@ def _check_indices(faces: Any, vertex_count: int, place: Place) -> None:
     if int(unsigned.max()) < vertex_count:
         return
     row = int(((faces < 0) | (faces >= vertex_count)).any(axis=1).argmax())
-    index = next(int(i) for i in faces[row] if not 0 <= i < vertex_count)
+    index = next((int(i) for i in faces[row] if not 0 <= i < vertex_count), vertex_count)  # another thread may change it
     raise InputError(f"triangle {row} of '{place.part}' uses vertex {index} of {vertex_count}", "index-out-of-range",
                      f"triangle {row}")

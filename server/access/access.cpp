@@ -5,69 +5,33 @@
 #include <condition_variable>
 #include <limits>
 
+#include "server/base/token_bucket.h"
+
 namespace meshgauge::server {
 
 using api::ProblemKind;
 
 namespace {
 
-// A token bucket: allows `burst` requests at once, and `per_minute` in the long run. Not thread safe.
-class Bucket {
- public:
-  using Time = std::chrono::steady_clock::time_point;
-
-  // Starts full. Precondition: both numbers are at least 1.
-  Bucket(std::uint64_t per_minute, std::uint64_t burst, Time now)
-      : per_second_(static_cast<double>(per_minute) / 60),
-        burst_(static_cast<double>(burst)),
-        level_(burst_),
-        at_(now) {}
-
-  bool take(Time now) {
-    flow(now);
-    if (level_ < 1) return false;
-    level_ -= 1;
-    return true;
-  }
-
-  // Time until take() would succeed. Precondition: the last take() returned false.
-  std::chrono::duration<double> wait() const { return std::chrono::duration<double>((1 - level_) / per_second_); }
-
-  // Changes rate and capacity; tokens that were used stay used.
-  void change(std::uint64_t per_minute, std::uint64_t burst, Time now) {
-    flow(now);
-    per_second_ = static_cast<double>(per_minute) / 60;
-    burst_ = static_cast<double>(burst);
-    level_ = std::min(level_, burst_);
-  }
-
- private:
-  void flow(Time now) {
-    level_ = std::min(burst_, level_ + per_second_ * std::chrono::duration<double>(now - at_).count());
-    at_ = now;
-  }
-
-  double per_second_;
-  double burst_;
-  double level_;
-  Time at_;
-};
+TokenBucket bucket_of(const Allowance& allowance, TokenBucket::Time now) {
+  return {static_cast<double>(allowance.requests_per_minute) / 60, static_cast<double>(allowance.burst), now};
+}
 
 }  // namespace
 
 class Account {
  public:
-  Account(const Allowance& allowance, Bucket::Time now)
-      : allowance_(allowance), bucket_(allowance.requests_per_minute, allowance.burst, now) {}
+  Account(const Allowance& allowance, TokenBucket::Time now)
+      : allowance_(allowance), bucket_(bucket_of(allowance, now)) {}
 
-  void change(const Allowance& allowance, Bucket::Time now) {
+  void change(const Allowance& allowance, TokenBucket::Time now) {
     const std::lock_guard lock(mutex_);
     allowance_ = allowance;
-    bucket_.change(allowance.requests_per_minute, allowance.burst, now);
+    bucket_.change(static_cast<double>(allowance.requests_per_minute) / 60, static_cast<double>(allowance.burst), now);
   }
 
   // Returns the time until the rate allows a request; nullopt: one was taken.
-  std::optional<std::chrono::duration<double>> begin_request(Bucket::Time now) {
+  std::optional<std::chrono::duration<double>> begin_request(TokenBucket::Time now) {
     const std::lock_guard lock(mutex_);
     if (bucket_.take(now)) return std::nullopt;
     return bucket_.wait();
@@ -139,7 +103,7 @@ class Account {
  private:
   std::mutex mutex_;
   Allowance allowance_;
-  Bucket bucket_;
+  TokenBucket bucket_;
   std::uint64_t jobs_ = 0;
   std::uint64_t held_ = 0;
   std::uint64_t turns_ = 0;

@@ -41,18 +41,6 @@ bool is_host(std::string_view text) {
   });
 }
 
-// The host of "host:port", without its port.
-std::string_view host_of(std::string_view authority) {
-  if (!authority.starts_with('[')) return authority.substr(0, authority.find(':'));
-  const std::size_t end = authority.find(']');
-  return end == std::string_view::npos ? std::string_view("?") : authority.substr(0, end + 1);
-}
-
-// An address cannot be made to resolve elsewhere: a browser that names it has connected to it.
-bool is_address(std::string_view host) {
-  return host.starts_with('[') || host.find_first_not_of("0123456789.") == std::string_view::npos;
-}
-
 // The "host:port" of an origin. Empty: it has none, as "null", which browsers send for files and sandboxed frames.
 std::string_view authority_of(std::string_view origin) {
   const std::size_t scheme = origin.find("://");
@@ -120,14 +108,17 @@ Result<OriginCheck> OriginCheck::parse(std::string_view allowed_hosts, Hosts hos
   return check;
 }
 
-bool OriginCheck::is_own(std::string_view host) const {
-  return is_address(host) || host == "localhost" || std::find(hosts_.begin(), hosts_.end(), host) != hosts_.end();
+// An address cannot be made to resolve elsewhere: a browser that names it has connected to it.
+bool OriginCheck::is_own(const Authority& authority) const {
+  return authority.kind != Authority::Kind::name || authority.host == "localhost" ||
+         std::find(hosts_.begin(), hosts_.end(), authority.host) != hosts_.end();
 }
 
 std::optional<Problem> OriginCheck::find_refusal(const Head& head) const {
   if (!active_) return std::nullopt;
   const std::string authority = lower(head.header("host"));
-  if (!any_host_ && !authority.empty() && !is_own(host_of(authority))) {
+  const auto parsed = parse_authority(authority);
+  if (!any_host_ && !authority.empty() && !(parsed && is_own(*parsed))) {
     return Problem{ProblemKind::foreign_request,
                    "the Host " + in_message(authority) +
                        " is not a name of this service; use localhost, or add the name to --allowed-hosts"};

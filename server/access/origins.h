@@ -11,6 +11,7 @@
 #include "engine/result.h"
 #include "server/http/exchange.h"
 #include "server/http/head.h"
+#include "server/http/target.h"
 
 namespace meshgauge::server {
 
@@ -53,7 +54,7 @@ class OriginCheck {
   std::optional<api::Problem> find_refusal(const Head& head) const;
 
  private:
-  bool is_own(std::string_view host) const;
+  bool is_own(const Authority& authority) const;
 
   bool active_ = false;
   bool any_host_ = false;

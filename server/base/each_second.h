@@ -5,10 +5,10 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
-#include <thread>
 #include <utility>
 
 #include "server/base/heap.h"
+#include "server/base/threads.h"
 
 namespace meshgauge::server {
 
@@ -16,21 +16,22 @@ namespace meshgauge::server {
 // second.
 class EachSecond {
  public:
-  explicit EachSecond(std::function<void()> work) : thread_([this, work = std::move(work)] { run(work); }) {}
+  explicit EachSecond(std::function<void()> work) : threads_([this] { tell_end(); }) {
+    threads_.start([this, work = std::move(work)] { run(work); });
+  }
+  ~EachSecond() = default;  // waits for a call that is under way
+  EachSecond(const EachSecond&) = delete;
+  EachSecond& operator=(const EachSecond&) = delete;
 
-  // Waits for a call that is under way.
-  ~EachSecond() {
+ private:
+  void tell_end() {
     {
       const std::lock_guard lock(mutex_);
       ending_ = true;
     }
     wake_.notify_all();
-    thread_.join();
   }
-  EachSecond(const EachSecond&) = delete;
-  EachSecond& operator=(const EachSecond&) = delete;
 
- private:
   void run(const std::function<void()>& work) {
     const NeverFails never_fails;
     std::unique_lock lock(mutex_);
@@ -44,7 +45,7 @@ class EachSecond {
   std::mutex mutex_;  // guards ending_
   std::condition_variable wake_;
   bool ending_ = false;
-  std::thread thread_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server

@@ -19,18 +19,25 @@ constexpr milliseconds kPause{10};
 constexpr milliseconds kSameWait{200};  // a call that follows so soon is another try of the same allocation
 
 std::atomic<milliseconds> most_wait{milliseconds(0)};
+std::atomic<void (*)()> end_start{nullptr};
 thread_local int may_fail = 0;
 thread_local int never_fails = 0;
 thread_local Clock::time_point wait_began;
 thread_local Clock::time_point last_try;
 
-void wait_or_throw() {
-  if (may_fail > 0) throw std::bad_alloc();
-  if (never_fails > 0) return std::this_thread::sleep_for(kPause);
+bool has_waited_enough() {
   const auto now = Clock::now();
   if (now - last_try > kSameWait) wait_began = now;
   last_try = now;
-  if (now - wait_began > most_wait.load()) throw std::bad_alloc();
+  return now - wait_began > most_wait.load();
+}
+
+void wait_or_throw() {
+  if (may_fail > 0) throw std::bad_alloc();
+  if (has_waited_enough()) {
+    if (void (*const end)() = end_start.load()) end();
+    if (never_fails == 0) throw std::bad_alloc();
+  }
   std::this_thread::sleep_for(kPause);
 }
 
@@ -40,6 +47,8 @@ void wait_for_memory(milliseconds most) {
   most_wait.store(most);
   std::set_new_handler(wait_or_throw);
 }
+
+void end_start_without_memory(void (*end)()) { end_start.store(end); }
 
 NeverFails::NeverFails() { ++never_fails; }
 NeverFails::~NeverFails() { --never_fails; }

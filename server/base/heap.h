@@ -16,6 +16,10 @@ void release_free_memory();
 // From now on operator new waits up to `most` for memory that is used up, before it throws std::bad_alloc.
 void wait_for_memory(std::chrono::milliseconds most = std::chrono::seconds(10));
 
+// For the start of a process, while it has promised nothing: operator new that has waited for `most` calls `end`, on
+// every thread but those of MayFail, also beside NeverFails. `end` must not return. Null: the start is over.
+void end_start_without_memory(void (*end)());
+
 // While it lives, operator new waits on this thread as long as it takes, and never throws: for threads that keep
 // promises, where no caller would catch what is thrown.
 class NeverFails {

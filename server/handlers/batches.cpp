@@ -298,7 +298,7 @@ void Batches::get(Exchange& exchange) {
   const auto first = find(exchange);
   if (!first) return;
   const auto wait = exchange.preferences.wait.value_or(milliseconds(0));
-  const auto place = first->finished || wait == milliseconds(0) ? nullptr : watchers_.take(exchange.owner);
+  const auto place = first->finished || wait == milliseconds(0) ? nullptr : watchers_.take(client_of(exchange));
   if (!place) return send(exchange, *first, 200);
   exchange.response.later = [this, place, wait, unended = first->counts.queued + first->counts.running,
                              until = Clock::now() + wait,

@@ -243,7 +243,7 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& job, 
   waiting->terms = terms;
   const bool repeated =
       job->key.id != exchange.id;  // an earlier request with this Idempotency-Key holds the queue place
-  if (most || repeated) waiting->place = watchers_.take(exchange.owner);
+  if (most || repeated) waiting->place = watchers_.take(client_of(exchange));
   if (most) waiting->until = waiting->place ? terms.since + *most : Clock::now();
   if (repeated && !most && !waiting->place) return answer(exchange, too_many_watchers(settings_));
   waiting->listening = job->on_end(exchange.wake);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "engine/hausdorff.h"
+#include "server/observe/log.h"
 
 namespace meshgauge::server {
 namespace {
@@ -18,8 +20,10 @@ void send_status(Exchange& exchange, const char* status) {
 
 void Readiness::add_store_checks(const Stores& stores) {
   const bool shared = stores.shared;
-  add_check(shared ? "database" : "store", [stores] { return defect_of(stores.jobs.check()); });
-  add_check(shared ? "blobs" : "disk", [stores] { return defect_of(stores.blobs.check()); });
+  add_check(
+      shared ? "database" : "store", [stores] { return defect_of(stores.jobs.check()); }, stores.place);
+  add_check(
+      shared ? "blobs" : "disk", [stores] { return defect_of(stores.blobs.check()); }, stores.place);
 }
 
 Readiness::~Readiness() {
@@ -83,17 +87,24 @@ void Readiness::run_checks() {
   checks_ended_.notify_all();
 }
 
+void Readiness::tell(Check& check, const std::string& defect) {
+  const bool fails = !defect.empty();
+  if (std::exchange(check.failed, fails) == fails) return;
+  log_event("readiness", std::string(check.part) + ": " + (fails ? located(defect, check.place) : "well again"));
+}
+
 Readiness::Defects Readiness::find_defects() {
   Defects found;
-  for (const auto& [part, check] : checks_) {
+  for (Check& check : checks_) {
     {
       const std::lock_guard lock(mutex_);
-      current_part_ = part;
+      current_part_ = check.part;
     }
-    std::string defect = check();
+    std::string defect = check.find_defect();
+    tell(check, defect);
     const bool known =
         std::any_of(found.begin(), found.end(), [&](const auto& other) { return other.second == defect; });
-    if (!defect.empty() && !known) found.emplace_back(part, std::move(defect));
+    if (!defect.empty() && !known) found.emplace_back(check.part, std::move(defect));
   }
   return found;
 }

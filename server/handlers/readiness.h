@@ -16,8 +16,8 @@
 
 namespace meshgauge::server {
 
-// Runs checks of the parts that a process needs, at most once a second, and answers from their last result. Thread
-// safe, except for add_check() and add_store_checks().
+// Runs checks of the parts that a process needs, at most once a second, and answers from their last result. Logs a part
+// once when it fails and once when it is well again. Thread safe, except for add_check() and add_store_checks().
 class Readiness {
  public:
   // `timeout`: maximum time that one request waits for the checks. A part whose check takes longer counts as not ready.
@@ -27,8 +27,10 @@ class Readiness {
   using Defects = std::vector<std::pair<const char*, std::string>>;  // a part, and what is wrong with it
 
   // Adds a check of `part`. It returns what is wrong with the part, or an empty text; it may block or throw. One thread
-  // at a time runs the checks. Call before the first answer().
-  void add_check(const char* part, std::function<std::string()> check) { checks_.emplace_back(part, std::move(check)); }
+  // at a time runs the checks. Call before the first answer(). `place`: where the part is, for the log alone.
+  void add_check(const char* part, std::function<std::string()> check, std::string place = "") {
+    checks_.push_back({part, std::move(check), std::move(place)});
+  }
   // Adds the checks of the job store and the blob store, which must outlive this object.
   void add_store_checks(const Stores& stores);
 
@@ -41,13 +43,21 @@ class Readiness {
   Defects last_defects();
 
  private:
+  struct Check {
+    const char* part;
+    std::function<std::string()> find_defect;
+    std::string place;
+    bool failed = false;  // the last time
+  };
+
+  static void tell(Check& check, const std::string& defect);
   Defects overdue() const;
   void start_checks();
   void run_checks();
   Defects find_defects();
 
   const std::chrono::milliseconds timeout_;
-  std::vector<std::pair<const char*, std::function<std::string()>>> checks_;
+  std::vector<Check> checks_;
   std::mutex mutex_;  // guards what follows; no check runs under it
   std::condition_variable checks_ended_;
   bool checking_ = false;          // a thread runs the checks

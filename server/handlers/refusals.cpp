@@ -38,7 +38,7 @@ std::shared_ptr<const void> take_place(Exchange& exchange, ConnectionLimit& watc
     answer(exchange, api::Problem{api::ProblemKind::http_version, "this path streams its response: send HTTP/1.1"});
     return nullptr;
   }
-  auto place = watchers.take(exchange.owner);
+  auto place = watchers.take(client_of(exchange));
   if (!place) answer(exchange, too_many_watchers(settings));
   return place;
 }

@@ -39,6 +39,7 @@ void Client::await(Step step) { want(step == Step::wants_write ? EPOLLOUT : EPOL
 
 void Client::start() {
   if (!edge_.tls) return await_request();
+  set_unfinished(true);
   begin(Phase::hello, in(ms(edge_.settings.keep_alive_ms)));
   await(Step::wants_read);
 }
@@ -48,7 +49,7 @@ void Client::ready() {
     case Phase::hello:
       return hello();
     case Phase::handshake:
-      return shake_hands();
+      return shake_hands(connection_.transport().handshake());
     case Phase::idle:
     case Phase::head:
       return read_head();
@@ -63,6 +64,7 @@ void Client::ready() {
       return discard();
     case Phase::leaving:
       return linger();
+    case Phase::signing:
     case Phase::serving:
       return;
   }
@@ -74,23 +76,25 @@ void Client::late() {
   if (phase_ == Phase::sending) return apply(serving_->end(false));
   if (phase_ == Phase::pausing) return begin_discarding();
   if (phase_ == Phase::discarding) return leave();
+  if (phase_ == Phase::signing && !edge_.handshakes->withdraw(id())) return set_deadline(Clock::now());  // it returns
   if (phase_ != Phase::serving) close();
 }
 
 void Client::take(EventLoop::Message message) {
-  if (message == EventLoop::Message::returned) return apply(state_);
+  if (message == EventLoop::Message::returned) return phase_ == Phase::signing ? go_on_shaking() : apply(state_);
   if (phase_ == Phase::waiting) return go_on();
   woken_ = phase_ == Phase::serving;
 }
 
 bool Client::spare() const {
-  return phase_ < Phase::serving || phase_ > Phase::waiting;  // serving_ may belong to another thread
+  return phase_ < Phase::signing || phase_ > Phase::waiting;  // what is between may belong to another thread
 }
 
 // A client whose request arrives at this moment is told; one that waits for a response gets it.
 void Client::stop() {
   if (phase_ == Phase::hello || phase_ == Phase::idle) return close();
   if (!loop().aborting() || phase_ == Phase::serving) return;
+  if (phase_ == Phase::signing && !edge_.handshakes->withdraw(id())) return;  // go_on_shaking() closes it
   if (phase_ == Phase::head) return refuse(not_arrived(Lost::aborted, "head", 0));
   if (phase_ == Phase::body) serving_->lose(Lost::aborted);
   if (phase_ == Phase::waiting || phase_ == Phase::body) return go_on();
@@ -98,23 +102,53 @@ void Client::stop() {
   close();
 }
 
-// A client that sends plain HTTP to the port of TLS gets a 400.
+// A client that sends plain HTTP to the port of TLS gets a 400. One that has gone, or whose address has no handshake
+// left, costs nothing more: not even what OpenSSL allocates.
 void Client::hello() {
   char first = 0;
   if (::recv(fd(), &first, 1, MSG_DONTWAIT | MSG_PEEK) != 1) return close();
   if (first >= 'A' && first <= 'Z') {  // the first letter of an HTTP method
+    set_unfinished(false);
     return refuse(malformed("this port speaks TLS: use https"));
   }
+  if (peer_hung_up(fd())) {
+    edge_.handshakes->abandon();
+    return close();
+  }
+  const auto left = edge_.handshakes->admit(peer_of(fd()));
+  if (!left) return close();
+  handshakes_left_ = *left;
   connection_.secure(edge_.tls->accept(fd()));
   begin(Phase::handshake, in(ms(edge_.settings.head_timeout_ms)));
-  shake_hands();
+  shake_hands(connection_.transport().handshake());
 }
 
-void Client::shake_hands() {
-  const Step step = connection_.transport().handshake();
-  if (step == Step::done) return await_request();
+void Client::shake_hands(Step step) {
+  if (step == Step::wants_thread) return await_turn();
+  if (step == Step::done) {
+    set_unfinished(false);
+    return await_request();
+  }
   if (step == Step::closed || !connection_.take_place(edge_.peers)) return close();
   await(step);
+}
+
+// The deadline of the handshake goes on. The loop may destroy this object from the message on.
+void Client::await_turn() {
+  phase_ = Phase::signing;
+  set_unfinished(false);
+  const auto on_turn = [this, inbox = loop().inbox()](Handshake::Turn turn) {
+    step_ = turn == Handshake::Turn::run ? connection_.transport().handshake() : Step::closed;
+    inbox->post(id(), EventLoop::Message::returned);
+  };
+  edge_.handshakes->offer({id(), fd(), handshakes_left_, on_turn});
+}
+
+void Client::go_on_shaking() {
+  if (loop().aborting()) return close();
+  phase_ = Phase::handshake;
+  set_unfinished(true);
+  shake_hands(step_);
 }
 
 void Client::await_request() {

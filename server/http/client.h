@@ -1,10 +1,12 @@
 // One client's connection, from its first byte to its last: which bytes it is waited for, and until when.
 //
 //   hello -> handshake -> idle -> head -> serving <-> body | sending | waiting -> idle, or pausing, discarding, leaving
+//                 |  ^
+//                signing
 //
-// The event loop's thread does all of this but one thing: while `serving`, the connection belongs to a thread of a
-// pool, which runs the handler, takes what has arrived of the body and sends as much of the response as the socket
-// takes.
+// The event loop's thread does all of this but two things. While `signing`, the connection belongs to the pool of
+// handshakes, which takes the costly step in its turn. While `serving`, it belongs to a thread of a pool, which runs
+// the handler, takes what has arrived of the body and sends as much of the response as the socket takes.
 #pragma once
 
 #include <cstdint>
@@ -32,12 +34,27 @@ class Client final : public EventLoop::Source {
 
  private:
   using Step = Transport::Step;
-  enum class Phase { hello, handshake, idle, head, serving, body, sending, waiting, pausing, discarding, leaving };
+  enum class Phase {
+    hello,
+    handshake,
+    idle,
+    head,
+    signing,
+    serving,
+    body,
+    sending,
+    waiting,
+    pausing,
+    discarding,
+    leaving
+  };
 
   void begin(Phase phase, Clock::time_point deadline);
   void await(Step step);
   void hello();
-  void shake_hands();
+  void shake_hands(Step step);
+  void await_turn();
+  void go_on_shaking();
   void await_request();
   void read_head();
   std::optional<api::Problem> check_head(bool& complete);
@@ -57,6 +74,8 @@ class Client final : public EventLoop::Source {
   Edge& edge_;
   Connection connection_;
   Phase phase_ = Phase::idle;
+  double handshakes_left_ = 0;                 // of its address, when this one was admitted
+  Step step_ = Step::closed;                   // of the handshake, from its pool's thread for the loop
   std::unique_ptr<Serving> serving_;           // of the request that is being served
   Serving::State state_ = Serving::End::keep;  // from the pool's thread for the loop
   bool woken_ = false;                         // while serving

@@ -1,6 +1,8 @@
 #include "server/http/connection.h"
 
+#include <linux/sockios.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <cassert>
@@ -23,6 +25,11 @@ void Connection::consume(std::size_t n) {
 const std::string& Connection::peer() {
   if (peer_.empty()) peer_ = address_tag(peer_of(fd_));
   return peer_;
+}
+
+std::size_t Connection::unsent() const {
+  int bytes = 0;
+  return ::ioctl(fd_, SIOCOUTQNSD, &bytes) == 0 && bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
 }
 
 bool Connection::take_place(ConnectionLimit& peers) {

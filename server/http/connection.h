@@ -30,6 +30,9 @@ class Connection {
   const std::string& peer();    // the address_tag() of the peer's address
   void shrink();                // gives the memory of an empty buffer back
 
+  // Bytes that the kernel has taken for the peer and has not sent, since the peer has no room for them. 0: unknown.
+  std::size_t unsent() const;
+
   // Appends up to `most` arrived bytes to buffered(). wants_*: there are none.
   Transport::Step receive(std::size_t most);
 

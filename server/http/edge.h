@@ -1,7 +1,10 @@
 // What all connections of one server share.
 #pragma once
 
+#include <memory>
+
 #include "server/http/connection_limit.h"
+#include "server/http/handshakes.h"
 #include "server/http/io_pool.h"
 #include "server/http/request_handler.h"
 #include "server/http/tls.h"
@@ -15,7 +18,8 @@ struct Edge {
   RequestHandler& handler;
   ConnectionLimit peers;  // connections whose bytes are due
   IoPool requests;
-  IoPool status;  // for health checks and metrics: not behind other requests
+  IoPool status;                                 // for health checks and metrics: not behind other requests
+  const std::unique_ptr<Handshakes> handshakes;  // null: plain HTTP
 };
 
 }  // namespace meshgauge::server

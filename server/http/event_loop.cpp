@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <new>
+#include <system_error>
 #include <thread>
 
 namespace meshgauge::server {
@@ -35,7 +35,7 @@ bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
 }
 
 Descriptor checked(int fd) {
-  if (fd < 0) throw std::bad_alloc();
+  if (fd < 0) throw std::system_error(errno, std::generic_category(), "no descriptor for the event loop");
   return Descriptor(fd);
 }
 
@@ -100,9 +100,19 @@ void EventLoop::Source::set_deadline(Clock::time_point when) {
   loop_.next_scan_ = std::min(loop_.next_scan_, std::max(when, loop_.last_scan_ + kScanGap));
 }
 
+void EventLoop::Source::set_unfinished(bool unfinished) {
+  if (unfinished) {
+    loop_.unfinished_.insert(id_);
+  } else {
+    loop_.unfinished_.erase(id_);
+  }
+}
+
 EventLoop::EventLoop(Make make, std::size_t most)
     : make_(std::move(make)), most_(most), epoll_(checked(::epoll_create1(EPOLL_CLOEXEC))), last_id_(kInbox) {
-  if (!tell(epoll_.get(), EPOLL_CTL_ADD, inbox_->event_.get(), kInbox, EPOLLIN)) throw std::bad_alloc();
+  if (!tell(epoll_.get(), EPOLL_CTL_ADD, inbox_->event_.get(), kInbox, EPOLLIN)) {
+    throw std::system_error(errno, std::generic_category(), "the event loop cannot begin");
+  }
 }
 
 void EventLoop::stop() {
@@ -173,6 +183,7 @@ void EventLoop::call(Id id, const Call& what) {
 
 void EventLoop::forget(Id id) {
   sources_.erase(id);
+  unfinished_.erase(id);
   size_.store(sources_.size());
 }
 
@@ -213,10 +224,12 @@ void EventLoop::add(Descriptor socket) {
   call(id, [](Source& source) { source.start(); });
 }
 
-// Closes the oldest connection that serves no request. False: there is none.
+// Closes the oldest connection that has not shaken hands yet, else the oldest that serves no request: connections that
+// cost their clients nothing do not drive out those of others. False: there is neither.
 bool EventLoop::drop_one() {
-  const auto found =
-      std::find_if(sources_.begin(), sources_.end(), [](const auto& entry) { return entry.second->spare(); });
+  const auto is_spare = [](const auto& entry) { return entry.second->spare(); };
+  const auto found = unfinished_.empty() ? std::find_if(sources_.begin(), sources_.end(), is_spare)
+                                         : sources_.find(*unfinished_.begin());
   if (found == sources_.end()) return false;
   ++dropped_;
   forget(found->first);

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -62,6 +63,7 @@ class EventLoop {
     void soon();                                // ready() is called in the next round
     void set_deadline(Clock::time_point when);  // max(): none
     void count_refusal() { ++loop_.refused_; }  // of a request, for want of room
+    void set_unfinished(bool unfinished);       // not shaken hands yet: closed before others when connections run out
     void close() { closed_ = true; }            // destroys this object after the present call
 
    private:
@@ -78,7 +80,7 @@ class EventLoop {
   using Make = std::function<std::unique_ptr<Source>(Id id, Descriptor socket)>;
 
   // `make`: makes the connection of an accepted socket. `most`: number of connections; beyond it the oldest that is
-  // spare gives way, and a new one is closed if there is none.
+  // unfinished gives way, else the oldest that is spare, and a new one is closed if there is none.
   EventLoop(Make make, std::size_t most);
 
   // Serves the listening socket until stop(), or until the socket fails, and the connections until the last has ended.
@@ -112,6 +114,7 @@ class EventLoop {
   const Descriptor epoll_;
   Descriptor listener_;
   std::map<Id, std::unique_ptr<Source>> sources_;  // the oldest first
+  std::set<Id> unfinished_;                        // of them
   std::vector<Id> soon_;
   Id last_id_;
   Clock::time_point next_scan_ = Clock::time_point::max();  // the earliest deadline, or later by kScanGap

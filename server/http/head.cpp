@@ -1,7 +1,11 @@
 #include "server/http/head.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 
+#include "api/base/text.h"
+#include "server/http/target.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {
@@ -14,22 +18,24 @@ using Refusal = std::optional<Problem>;
 constexpr std::size_t kMaxRequestLineBytes = kMaxTargetBytes + 64;  // method, version, spaces
 constexpr char kTlsHandshake = 0x16;                                // the first byte of a client that speaks TLS
 
-Refusal set_target(std::string_view target, Head& head) {
-  if (target.size() > kMaxTargetBytes) {
+// `authority`: set if the target names its host.
+Refusal set_target(std::string_view text, Head& head, std::string& authority) {
+  if (text.size() > kMaxTargetBytes) {
     return Problem{ProblemKind::uri_too_long,
                    "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes"};
   }
-  for (const char c : target) {
+  for (const char c : text) {
     if (c <= ' ' || c > '~' || c == '#')
       return malformed("the request target may hold visible ASCII characters only, without '#'");
   }
-  if (const std::string_view scheme = "http://"; target.starts_with(scheme)) {  // absolute form (RFC 9112 3.2.2)
-    target.remove_prefix(std::min(target.find('/', scheme.size()), target.size()));
-    if (target.empty()) target = "/";
+  const auto target = parse_target(text);
+  if (!target || target->form == RequestTarget::Form::authority) {
+    return malformed("the request target " + api::in_quotes(text) +
+                     " must be a path that begins with '/', or an http URL; percent-encode what neither may hold");
   }
-  if (target != "*" && !target.starts_with('/')) return malformed("the request target must start with '/'");
-  head.path = next(target, "?");
-  head.query = target;
+  head.path = target->path;
+  head.query = target->query;
+  authority = target->authority;
   return std::nullopt;
 }
 
@@ -44,16 +50,18 @@ Refusal set_version(std::string_view version, Head& head) {
   return malformed("the request line must be 'METHOD TARGET HTTP/1.1'");
 }
 
-Refusal parse_request_line(std::string_view line, Head& head) {
+Refusal parse_request_line(std::string_view line, Head& head, std::string& authority) {
+  constexpr std::array<std::string_view, 7> kKnown{"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
   head.method = next(line, " ");
   const std::string_view target = next(line, " ");
   if (!is_token(head.method)) return malformed("the request line must start with a method");
   if (auto refusal = set_version(line, head)) return refusal;
-  if (auto refusal = set_target(target, head)) return refusal;
-  for (const char* known : {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"}) {
-    if (head.method == known) return std::nullopt;
+  if (auto refusal = set_target(target, head, authority)) return refusal;
+  if (std::find(kKnown.begin(), kKnown.end(), head.method) == kKnown.end()) {
+    return Problem{ProblemKind::not_implemented, "unknown method; known: " + api::listed(kKnown)};
   }
-  return Problem{ProblemKind::not_implemented, "unknown method; known: GET, HEAD, POST, PUT, PATCH, DELETE, OPTIONS"};
+  if (head.path == "*" && head.method != "OPTIONS") return malformed("the request target '*' is for OPTIONS alone");
+  return std::nullopt;
 }
 
 Refusal parse_field(std::string_view line, Head& head) {
@@ -135,6 +143,23 @@ Refusal check_unique(const Head& head) {
   return std::nullopt;
 }
 
+// The host of a target replaces that of the header (RFC 9112 section 3.2.2).
+Refusal set_host(const std::string& authority, Head& head) {
+  const auto host =
+      std::find_if(head.headers.begin(), head.headers.end(), [](const auto& field) { return field.first == "host"; });
+  if (host != head.headers.end() && !parse_authority(host->second)) {
+    return malformed("the header 'Host' must be a host name or an address, with or without a port, not " +
+                     api::in_quotes(host->second));
+  }
+  if (authority.empty()) return std::nullopt;
+  if (host != head.headers.end()) {
+    host->second = authority;
+  } else {
+    head.headers.emplace_back("host", authority);
+  }
+  return std::nullopt;
+}
+
 Refusal check_length(const Head& head) {
   const bool carries = head.method == "POST" || head.method == "PUT" || head.method == "PATCH";
   if (!carries || head.chunked || head.content_length) return std::nullopt;
@@ -145,12 +170,14 @@ Refusal check_length(const Head& head) {
 }  // namespace
 
 Refusal parse_head(std::string_view text, std::uint64_t max_body_bytes, Head& head) {
-  if (auto refusal = parse_request_line(next(text, "\r\n"), head)) return refusal;
+  std::string authority;
+  if (auto refusal = parse_request_line(next(text, "\r\n"), head, authority)) return refusal;
   head.keep_alive = head.minor_version > 0;
   for (std::string_view line = next(text, "\r\n"); !line.empty(); line = next(text, "\r\n")) {
     if (auto refusal = parse_field(line, head)) return refusal;
   }
   if (auto refusal = check_unique(head)) return refusal;
+  if (auto refusal = set_host(authority, head)) return refusal;
   for (const auto& [name, value] : head.headers) {
     if (auto refusal = interpret(name, value, max_body_bytes, head)) return refusal;
   }

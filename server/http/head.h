@@ -38,7 +38,9 @@ std::optional<api::Problem> check_incomplete(std::string_view head);
 
 // Parses `text`, which ends with the empty line, into `head`. Returns nullopt or the problem; `head` then holds what
 // was parsed before it. Rejects what two parsers could understand differently: a bare CR or LF, a folded line, a space
-// before the colon, Content-Length twice or together with Transfer-Encoding. `max_body_bytes`: limit of Content-Length.
+// before the colon, Content-Length twice or together with Transfer-Encoding, a target or a Host that the grammar
+// (server/http/target.h) does not have. A target that names its host replaces Host. `max_body_bytes`: limit of
+// Content-Length.
 std::optional<api::Problem> parse_head(std::string_view text, std::uint64_t max_body_bytes, Head& head);
 
 }  // namespace meshgauge::server

@@ -4,29 +4,21 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 
-#include <algorithm>
 #include <memory>
 #include <utility>
+
+#include "server/http/descriptors.h"
 
 namespace meshgauge::server {
 namespace {
 
 constexpr int kBacklog = SOMAXCONN;  // with the library's own, 5, the kernel would refuse a burst
 constexpr std::size_t kStatusThreads = 2;
-constexpr std::size_t kMostConnections = 100'000;
-
-// Raises the limit on descriptors to what the process may have (the soft one is often 1024), and returns the share of
-// connections: three quarters. The others are for uploads and stores.
-std::size_t most_connections() {
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMostConnections;
-  const rlim_t granted = std::exchange(limit.rlim_cur, limit.rlim_max);
-  if (::setrlimit(RLIMIT_NOFILE, &limit) != 0) limit.rlim_cur = granted;
-  return static_cast<std::size_t>(std::min<rlim_t>(kMostConnections, limit.rlim_cur / 4 * 3));
-}
+// Seconds after which a silent peer is asked whether it is still there, and how often: what a client waits for is ended
+// 45 s after its machine or the network has gone without a word.
+constexpr int kProbeAfter = 20, kProbeEvery = 5, kProbes = 5;
 
 bool is_loopback(const sockaddr& address) {
   if (address.sa_family == AF_INET) {
@@ -59,15 +51,23 @@ HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tl
             handler,
             ConnectionLimit(settings.max_arriving_per_peer),
             {settings.io_threads, settings.max_pending_connections},
-            {kStatusThreads, settings.max_pending_connections}},
+            {kStatusThreads, settings.max_pending_connections},
+            tls ? std::make_unique<Handshakes>(settings) : nullptr},
       loop_([this](EventLoop::Id id,
                    Descriptor socket) { return std::make_unique<Client>(edge_, loop_, id, std::move(socket)); },
-            most_connections()) {
+            plan_descriptors(settings).connections) {
   set_socket_options([](socket_t socket) {
-    const int yes = 1;  // the library's default, SO_REUSEPORT, would let two services share a port unnoticed
-    ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    // Connections inherit it; else responses wait for the client's delayed acknowledgement.
-    ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    const auto set = [socket](int level, int option, int value) {
+      ::setsockopt(socket, level, option, &value, sizeof value);
+    };
+    // The library's default, SO_REUSEPORT, would let two services share a port unnoticed.
+    set(SOL_SOCKET, SO_REUSEADDR, 1);
+    // Connections inherit the rest. Without the first, responses wait for the client's delayed acknowledgement.
+    set(IPPROTO_TCP, TCP_NODELAY, 1);
+    set(SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(IPPROTO_TCP, TCP_KEEPIDLE, kProbeAfter);
+    set(IPPROTO_TCP, TCP_KEEPINTVL, kProbeEvery);
+    set(IPPROTO_TCP, TCP_KEEPCNT, kProbes);
   });
 }
 
@@ -89,6 +89,10 @@ bool HttpGuard::bound_to_loopback() const {
   socklen_t size = sizeof address;
   return ::getsockname(svr_sock_, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
          is_loopback(reinterpret_cast<const sockaddr&>(address));
+}
+
+Handshakes::Counts HttpGuard::handshakes() const {
+  return edge_.handshakes ? edge_.handshakes->counts() : Handshakes::Counts{};
 }
 
 void HttpGuard::run() { loop_.run(Descriptor(svr_sock_)); }

@@ -8,6 +8,7 @@
 #include "server/http/client.h"
 #include "server/http/event_loop.h"
 #include "server/http/exchange.h"
+#include "server/http/handshakes.h"
 #include "server/http/http_library.h"
 #include "server/http/request_handler.h"
 #include "server/http/tls.h"
@@ -28,6 +29,7 @@ class HttpGuard final : private httplib::Server {
   bool bound_to_loopback() const;                             // after bind(): only this machine can connect
   std::uint64_t connections() const { return loop_.size(); }  // open
   std::uint64_t dropped() const { return loop_.dropped(); }   // closed without a response, since the start
+  Handshakes::Counts handshakes() const;                      // since the start; none without TLS
 
   // Serves until stop(), or until the listening socket fails. Blocks until the running requests have their responses.
   // Call once, after bind().

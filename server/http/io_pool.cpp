@@ -5,17 +5,17 @@
 namespace meshgauge::server {
 
 // A thread that has not begun yet is idle: it takes what is offered now.
-IoPool::IoPool(std::size_t threads, std::size_t max_pending) : limit_(max_pending), idle_(threads) {
-  for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+IoPool::IoPool(std::size_t threads, std::size_t max_pending)
+    : limit_(max_pending), idle_(threads), threads_([this] { tell_end(); }) {
+  for (std::size_t i = 0; i < threads; ++i) threads_.start([this] { run(); });
 }
 
-IoPool::~IoPool() {
+void IoPool::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   ready_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
 }
 
 bool IoPool::offer(Task task) {

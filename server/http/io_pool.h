@@ -8,8 +8,8 @@
 #include <deque>
 #include <functional>
 #include <mutex>
-#include <thread>
-#include <vector>
+
+#include "server/base/threads.h"
 
 namespace meshgauge::server {
 
@@ -41,7 +41,7 @@ class IoPool {
   using Task = std::function<void()>;  // must not throw
 
   IoPool(std::size_t threads, std::size_t max_pending);
-  ~IoPool();  // blocks until every task has run
+  ~IoPool() = default;  // blocks until every task has run
   IoPool(const IoPool&) = delete;
   IoPool& operator=(const IoPool&) = delete;
 
@@ -51,6 +51,7 @@ class IoPool {
  private:
   void add(Task task);  // precondition: mutex_ is held
   void run();
+  void tell_end();
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable ready_;
@@ -58,7 +59,7 @@ class IoPool {
   std::deque<Task> tasks_;
   std::size_t idle_;  // threads that wait for a task, or have not begun
   bool ending_ = false;
-  std::vector<std::thread> threads_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server

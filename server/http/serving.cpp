@@ -191,7 +191,7 @@ Serving::State Serving::advance() {
     }
     if (!exchange_.response.stream) return end(true);
     Clock::time_point due;
-    if (exchange_.client_gone || !add_piece(due)) return end(false);
+    if (exchange_.client_gone || stands_still() || !add_piece(due)) return end(false);
     if (outgoing_.empty()) return due;
   }
 }
@@ -263,6 +263,17 @@ void Serving::compose() {
     if (has_body) text += response.body;
     outgoing_.add(std::move(text));
   }
+}
+
+// Whether the client of a stream has taken nothing for kWriteTime of what the kernel holds for it. The kernel takes
+// small pieces for hours, and a stream that is never read would keep its place from one that is.
+bool Serving::stands_still() {
+  const auto now = Clock::now();
+  const std::uint64_t unsent = connection_.unsent();
+  if (unsent == 0 || unsent < unsent_ + outgoing_.written() - written_by_then_) moved_ = now;
+  unsent_ = unsent;
+  written_by_then_ = outgoing_.written();
+  return now - moved_ >= kWriteTime;
 }
 
 // Adds the next piece of a stream, if there is one; else sets `due` to when to ask again. False: the stream failed.

@@ -82,6 +82,7 @@ class Serving {
   Step receive_body();
   std::optional<Clock::time_point> make_response();
   void compose();
+  bool stands_still();
   bool add_piece(Clock::time_point& due);
   void fail(const std::exception& error);
 
@@ -99,6 +100,9 @@ class Serving {
   Clock::time_point body_latest_;                        // of the whole body
   Clock::time_point latest_ = Clock::time_point::max();  // of the whole response
   Clock::time_point last_piece_ = Clock::now();          // of a stream
+  std::uint64_t unsent_ = 0;                             // of a stream: Connection::unsent() at the last look
+  std::uint64_t written_by_then_ = 0;                    // of a stream: bytes at the last look
+  Clock::time_point moved_ = Clock::now();               // of a stream: when the client last took some of it
 };
 
 }  // namespace meshgauge::server

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include <openssl/err.h>
 #include <openssl/ssl.h>
@@ -21,6 +22,12 @@ namespace {
 // Cipher suites of TLS 1.2 with forward secrecy and authenticated encryption. All suites of TLS 1.3 have both.
 constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
+// Groups of the key exchange, the cheapest first. OpenSSL has those of RFC 7919 as well: one hello with a share of
+// 8192 bits would cost as much as twenty others.
+constexpr const char* kGroups = "X25519:P-256:P-384:P-521";
+
+constexpr int kOfTransport = 0;  // index of the data that OpenSSL leaves to an application
+
 class TlsTransport final : public Transport {
  public:
   TlsTransport(SSL_CTX* context, int fd) : fd_(fd), ssl_(SSL_new(context)) {
@@ -29,7 +36,15 @@ class TlsTransport final : public Transport {
     const int flags = ::fcntl(fd, F_GETFL);
     const bool quick = flags >= 0 && ::fcntl(fd, F_SETFL, flags | O_NONBLOCK) == 0;
     if (!quick || !ssl_ || SSL_set_fd(ssl_.get(), fd) != 1) throw std::bad_alloc();
+    if (SSL_set_ex_data(ssl_.get(), kOfTransport, this) != 1) throw std::bad_alloc();
     SSL_set_accept_state(ssl_.get());
+  }
+
+  // OpenSSL's callback: holds each hello back before anything is computed for it, until handshake() is called again. A
+  // client that is asked for another key share sends a second one.
+  static int hold_back(SSL* ssl, int*, void*) {
+    auto* const transport = static_cast<TlsTransport*>(SSL_get_ex_data(ssl, kOfTransport));
+    return std::exchange(transport->may_compute_, false) ? SSL_CLIENT_HELLO_SUCCESS : SSL_CLIENT_HELLO_RETRY;
   }
 
   Step handshake() override {
@@ -91,6 +106,9 @@ class TlsTransport final : public Transport {
         return Step::wants_read;
       case SSL_ERROR_WANT_WRITE:
         return Step::wants_write;
+      case SSL_ERROR_WANT_CLIENT_HELLO_CB:
+        may_compute_ = true;
+        return Step::wants_thread;
       case SSL_ERROR_ZERO_RETURN:
         return Step::closed;
       default:
@@ -101,6 +119,7 @@ class TlsTransport final : public Transport {
 
   const int fd_;
   std::unique_ptr<SSL, Freed> ssl_;
+  bool may_compute_ = false;  // for the hello that is held back
   bool broken_ = false;
 };
 
@@ -127,10 +146,14 @@ bool configure(SSL_CTX* context) {
                                    SSL_OP_PRIORITIZE_CHACHA);
   SSL_CTX_set_mode(context,
                    SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
+  // Else one call of SSL_read() would take all updates of keys that have arrived, each some microseconds.
+  SSL_CTX_clear_mode(context, SSL_MODE_AUTO_RETRY);
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);  // sessions are resumed by the clients' tickets
   SSL_CTX_set_default_passwd_cb(context, no_passphrase);
   SSL_CTX_set_alpn_select_cb(context, select_protocol, nullptr);
-  return SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION) == 1 && SSL_CTX_set_cipher_list(context, kCiphers) == 1;
+  SSL_CTX_set_client_hello_cb(context, TlsTransport::hold_back, nullptr);
+  return SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION) == 1 &&
+         SSL_CTX_set_cipher_list(context, kCiphers) == 1 && SSL_CTX_set1_groups_list(context, kGroups) == 1;
 }
 
 std::string end_of(SSL_CTX* context) {

@@ -9,7 +9,9 @@ namespace meshgauge::server {
 // Not thread safe.
 class Transport {
  public:
-  enum class Step { done, wants_read, wants_write, closed };  // wants_*: poll the socket for it, then call again
+  // wants_read, wants_write: poll the socket for it, then call again. wants_thread: the next call of handshake() takes
+  // a millisecond of a processor; make it on a thread that may.
+  enum class Step { done, wants_read, wants_write, wants_thread, closed };
 
   struct Moved {
     Step step = Step::closed;
@@ -21,7 +23,7 @@ class Transport {
   Transport& operator=(const Transport&) = delete;
   virtual ~Transport() = default;
 
-  virtual Step handshake() = 0;  // before anything else; call until it is done
+  virtual Step handshake() = 0;  // before anything else; call until it is done. It alone wants a thread
   virtual Moved read(char* out, std::size_t size) = 0;
   virtual Moved write(std::string_view bytes) = 0;  // precondition: not empty; a retry starts with the same bytes
   virtual Moved discard(std::size_t most) = 0;      // reads and forgets up to `most` bytes

@@ -87,7 +87,7 @@ Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& 
       stores_(stores),
       access_(access),
       metrics_(metrics),
-      store_errors_(metrics),
+      store_errors_(metrics, stores.place),
       threads_(settings.workers),
       memory_(memory_for_meshes(settings)),
       measuring_(settings, loader, metrics, threads_, memory_, stores.jobs),
@@ -99,11 +99,11 @@ Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& 
   } else {
     worker_.emplace(settings, stores, measuring_, scheduler_, store_errors_, metrics, embedded_worker());
   }
-  stores.signals.listen([this](const store::Signal& signal) {
+  upkeep_thread_.emplace([this] { upkeep_.tick(); });
+  stores.signals.listen([this](const store::Signal& signal) {  // last: where the start ends above, nothing listens
     watcher_.hear(signal);
     if (worker_) worker_->hear(signal);
   });
-  upkeep_thread_.emplace([this] { upkeep_.tick(); });
 }
 
 Jobs::~Jobs() {

@@ -20,18 +20,18 @@ constexpr std::size_t kMostAtOnce = 500;   // rows of one read
 }  // namespace
 
 Watcher::Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, seconds keep, Listener& listener)
-    : jobs_(jobs), store_errors_(store_errors), metrics_(metrics), keep_(keep), listener_(listener) {
-  thread_ = std::thread([this] { watch_on(); });
+    : jobs_(jobs), store_errors_(store_errors), metrics_(metrics), keep_(keep), listener_(listener), threads_([this] {
+        tell_end();
+      }) {
+  threads_.start([this] { watch_on(); });
 }
 
-Watcher::~Watcher() {
-  stop();
+void Watcher::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   wake_.notify_all();
-  thread_.join();
 }
 
 void Watcher::expect(const std::shared_ptr<LiveJob>& job) {

@@ -12,9 +12,9 @@
 #include <set>
 #include <span>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "server/base/threads.h"
 #include "server/measure/live_job.h"
 #include "server/measure/stores.h"
 #include "server/observe/metrics.h"
@@ -37,7 +37,7 @@ class Watcher {
   // `keep`: for how long a job that is cancelled here is kept. Borrows all others.
   Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, std::chrono::seconds keep,
           Listener& listener);
-  ~Watcher();
+  ~Watcher() { stop(); }
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
 
@@ -77,6 +77,7 @@ class Watcher {
   std::shared_ptr<LiveJob> watch_under_lock(const store::Job& row);
   void release(const std::shared_ptr<LiveJob>& job);
   void watch_on();
+  void tell_end();
   Jobs those_changed();
   Jobs all_watched();
   void poll(const Jobs& jobs);
@@ -101,7 +102,7 @@ class Watcher {
   bool stopped_ = false;
   bool ending_ = false;
   std::condition_variable wake_;
-  std::thread thread_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server

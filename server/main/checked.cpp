@@ -14,6 +14,7 @@ namespace meshgauge::server {
 namespace {
 
 constexpr std::uint64_t kMostThreads = 4096;
+constexpr unsigned kProcessorsPerHandshakeThread = 4;
 
 constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
 constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
@@ -32,10 +33,22 @@ Result<Done> check_most(const char* flag, std::uint64_t value, std::uint64_t mos
 Result<Done> check_threads(const Settings& s) {
   for (const auto& [flag, value] :
        {std::pair("--workers", s.workers), std::pair("--queue", s.queue),
-        std::pair("--max-event-streams", s.max_event_streams), std::pair("--io-threads", s.io_threads)}) {
+        std::pair("--max-event-streams", s.max_event_streams), std::pair("--io-threads", s.io_threads),
+        std::pair("--handshake-threads", s.handshake_threads)}) {
     if (auto ok = check_most(flag, value, kMostThreads); !ok) return ok;
   }
   if (s.io_threads == 0) return refused("--io-threads must be at least 1, not 0");
+  return Done{};
+}
+
+Result<Done> check_handshakes(const Settings& s) {
+  constexpr std::uint64_t kMostPerSecond = 1'000'000;
+  for (const auto& [flag, value] :
+       {std::pair("--max-handshakes-per-second", s.max_handshakes_per_second),
+        std::pair("--max-handshakes-per-second-per-peer", s.max_handshakes_per_second_per_peer)}) {
+    if (value >= 1 && value <= kMostPerSecond) continue;
+    return refused(std::string(flag) + " must be from 1 to " + std::to_string(kMostPerSecond) + not_value(value));
+  }
   return Done{};
 }
 
@@ -124,7 +137,9 @@ Result<Settings> checked(Settings s) {
   if (const auto hosts = OriginCheck::parse(s.allowed_hosts, OriginCheck::Hosts::listed, {}); !hosts)
     return hosts.error();
   if (s.workers == 0) s.workers = api::processors();
+  if (s.handshake_threads == 0) s.handshake_threads = std::max(1U, api::processors() / kProcessorsPerHandshakeThread);
   if (auto ok = check_threads(s); !ok) return ok.error();
+  if (auto ok = check_handshakes(s); !ok) return ok.error();
   if (auto ok = check_times(s); !ok) return ok.error();
   if (s.parsers == 0) s.parsers = s.workers + kGuests;
   plan_memory(machine_memory(s.temp_dir), s);

@@ -1,11 +1,14 @@
 #include "server/main/service.h"
 
+#include <thread>
+
+#include "server/base/heap.h"
 #include "server/handlers/problems.h"
+#include "server/http/descriptors.h"
 #include "server/main/wiring.h"
 #include "server/measure/map_cache.h"
 #include "server/observe/log.h"
 #include "server/sandbox/pool.h"
-#include "server/web/embedded.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
@@ -33,13 +36,12 @@ Service::Service(const Settings& settings, MeshLoader& loader, Stores stores)
       comparisons_(settings, jobs_, stores, access_, uploads_),
       meshes_(settings, stores, access_, uploads_),
       requests_(entrance_, router_, settings_, metrics_),
-      guard_(settings, requests_, tls_ ? &*tls_ : nullptr) {
+      guard_(settings, requests_, tls_ ? &*tls_ : nullptr),
+      listener_([this] { guard_.abort(); }) {
   if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, loader);
   readiness_.add_store_checks(stores_);
-  readiness_.add_check("disk", [this] {
-    const auto ok = check_temp_dir(settings_.temp_dir);
-    return ok ? std::string() : ok.error().message;
-  });
+  readiness_.add_check(
+      "disk", [this] { return why_no_upload(settings_.temp_dir); }, "--temp-dir '" + settings_.temp_dir + "'");
   if (stores.batches) batches_.emplace(settings, jobs_, stores, access_, uploads_, comparisons_.watchers());
   if (settings.status_port > 0) {
     Settings second = settings;
@@ -75,9 +77,8 @@ void Service::add_page_routes() {
   for (const char* page : {"/b/{}", "/c/{}"}) add(page, show_permanent_link);
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
-  add("/openapi.yaml", [](Exchange& e) { answer_with(e, std::string(openapi_yaml()), 200, "application/yaml"); });
-  add("/gates.schema.json",
-      [](Exchange& e) { answer_with(e, std::string(gates_schema()), 200, "application/schema+json"); });
+  add("/openapi.yaml", send_description);
+  add("/gates.schema.json", send_gates_schema);
   add("/problems", list_problems);
   add("/problems/{}", show_problem);
   add("/docs", show_reference);
@@ -130,6 +131,9 @@ void Service::watch_levels() {
   watch(Level::workers, [this] { return settings_.workers; });
   watch(Level::connections, [this] { return guard_.connections(); });
   watch(Level::connections_dropped, [this] { return guard_.dropped(); });
+  std::vector<const HttpGuard*> guards{&guard_};
+  if (status_) guards.push_back(&status_->guard());
+  watch_handshakes(metrics_, guards);
   watch(Level::upload_bytes, [this] { return uploads_.used(); });
   watch(Level::upload_limit_bytes, [this] { return uploads_.max_bytes(); });
   watch_memory(metrics_, jobs_.memory());
@@ -171,7 +175,7 @@ Result<int> Service::start() {
   }
   if (auto ok = jobs_.recover(); !ok) return ok.error();
   ended_.store(false);
-  listener_ = std::thread([this] {
+  listener_.start([this] {
     guard_.run();
     ended_.store(true);
   });
@@ -181,19 +185,19 @@ Result<int> Service::start() {
 void Service::reload() { reload_secrets(access_, tls_); }
 
 void Service::shutdown(const std::function<bool()>& give_up) {
-  if (!listener_.joinable()) return;
+  if (listener_.empty()) return;
   comparisons_.refuse_new();
   jobs_.drain();
   guard_.stop();
   // Durable jobs may run without a connection, so their end is awaited as well.
   while ((!ended_.load() || jobs_.figures().running > 0) && !give_up()) std::this_thread::sleep_for(kServiceTick);
   jobs_.stop();
-  guard_.abort();
-  listener_.join();
+  listener_.end();
 }
 
 Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
   if (auto ok = check_reach(settings); !ok) return ok.error();
+  if (auto ok = check_descriptors(settings); !ok) return ok.error();
   set_up_process(settings);
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
@@ -209,8 +213,10 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   service.readiness().add_check("sandbox", [&pool] { return defect_of(pool); });
   const auto port = service.start();
   if (!port) return port.error();
+  end_start_without_memory(nullptr);
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   log_event("memory", memory_text(settings));
+  log_event("descriptors", descriptors_text(settings));
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
   if (!settings.keys_file.empty() && settings.tls_certificate.empty()) {
     log_event("access", "keys are sent unencrypted; set tls_certificate, or use a proxy in front that speaks TLS");

@@ -5,12 +5,12 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "engine/result.h"
 #include "server/access/access.h"
 #include "server/access/entrance.h"
+#include "server/base/threads.h"
 #include "server/handlers/batches.h"
 #include "server/handlers/comparisons.h"
 #include "server/handlers/deviations.h"
@@ -79,8 +79,8 @@ class Service {
   HttpGuard guard_;
   Readiness readiness_;
   std::optional<StatusPort> status_;
-  std::thread listener_;
   std::atomic<bool> ended_{true};
+  Threads listener_;
 };
 
 // Runs the service until SIGTERM, SIGINT or the end of its terminal; a second such signal ends the grace period. Any

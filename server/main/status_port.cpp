@@ -13,6 +13,7 @@ constexpr const char* kNothing =
 
 Settings with_few_threads(Settings settings) {
   settings.io_threads = 1;  // for refusals: the rest has threads of its own
+  settings.handshake_threads = 1;
   return settings;
 }
 
@@ -23,22 +24,21 @@ StatusPort::StatusPort(const Settings& settings, Metrics& metrics, const Entranc
     : settings_(with_few_threads(settings)),
       router_(kNothing),
       requests_(entrance, router_, settings_, metrics),
-      guard_(settings_, requests_, tls) {
+      guard_(settings_, requests_, tls),
+      listener_([this] { tell_end(); }) {
   add_status_routes(router_, metrics, std::move(ready));
 }
 
-StatusPort::~StatusPort() {
-  if (!listener_.joinable()) return;
+void StatusPort::tell_end() {
   guard_.stop();
   guard_.abort();
-  listener_.join();
 }
 
 Result<int> StatusPort::start() {
   const auto port = bind(guard_, settings_);
   if (!port) return port.error();
   ended_.store(false);
-  listener_ = std::thread([this] {
+  listener_.start([this] {
     guard_.run();
     ended_.store(true);
   });

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <atomic>
-#include <thread>
 
 #include "server/access/entrance.h"
+#include "server/base/threads.h"
 #include "server/http/http_guard.h"
 #include "server/http/router.h"
 #include "server/http/tls.h"
@@ -20,7 +20,7 @@ class StatusPort {
   // Listens at settings.port. `ready`: answers /readyz. Borrows all but the settings and `ready`.
   StatusPort(const Settings& settings, Metrics& metrics, const Entrance& entrance, const Tls* tls,
              Router::Action ready);
-  ~StatusPort();
+  ~StatusPort() = default;
   StatusPort(const StatusPort&) = delete;
   StatusPort& operator=(const StatusPort&) = delete;
 
@@ -31,12 +31,14 @@ class StatusPort {
   const HttpGuard& guard() const { return guard_; }
 
  private:
+  void tell_end();
+
   const Settings settings_;
   Router router_;
   RoutedRequests requests_;
   HttpGuard guard_;
   std::atomic<bool> ended_{true};
-  std::thread listener_;
+  Threads listener_;
 };
 
 }  // namespace meshgauge::server

@@ -1,12 +1,12 @@
 #include "server/main/wiring.h"
 
 #include <signal.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
+#include "api/base/descriptor.h"
 #include "api/base/digest.h"
 #include "api/base/refused.h"
 #include "api/compare/prepared_mesh.h"
@@ -46,6 +46,11 @@ Error public_without_leave(const Settings& settings) {
 
 void report(const std::string& line) { log_event("store", line); }
 
+// The outages of a database name its host themselves.
+std::string in_folder(const store::AllStores& all) {
+  return all.shared() ? "" : "in the data folder '" + all.data_folder() + "'";
+}
+
 store::DistributedSettings distributed(const Settings& settings) {
   store::DistributedSettings asked;
   asked.database = settings.database;
@@ -64,9 +69,11 @@ store::DistributedSettings distributed(const Settings& settings) {
 void set_up_process(const Settings& settings) {
   const sigset_t signals = awaited_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  ::signal(SIGXFSZ, SIG_IGN);
   keep_heap_small(static_cast<unsigned>(settings.workers));
   wait_for_memory();
   api::set_up_digests();
+  start_log();
 }
 
 Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) {
@@ -75,8 +82,8 @@ Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) 
 }
 
 Stores stores_of(store::AllStores& all, MeshCache& cache, MapCache* maps) {
-  return {all.jobs(),   all.meshes(), all.blobs(),    all.signals(),  cache,
-          all.shared(), maps,         &all.batches(), &all.listings()};
+  return {all.jobs(),   all.meshes(), all.blobs(),    all.signals(),   cache,
+          all.shared(), maps,         &all.batches(), &all.listings(), in_folder(all)};
 }
 
 sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command) {
@@ -108,13 +115,15 @@ Result<api::SharedMesh> CachingMeshLoader::load(const MeshSource& source, Memory
   return mesh;
 }
 
+std::string why_no_upload(const std::string& directory) {
+  const Descriptor file(open_unnamed_file(directory));
+  return file ? "" : std::string("no file can be created in the directory for uploads: ") + std::strerror(errno);
+}
+
 Result<Done> check_temp_dir(const std::string& directory) {
-  const int file = open_unnamed_file(directory);
-  if (file < 0) {
-    return refused("no file can be created in --temp-dir '" + directory + "': " + std::strerror(errno));
-  }
-  ::close(file);
-  return Done{};
+  const std::string defect = why_no_upload(directory);
+  if (defect.empty()) return Done{};
+  return refused(defect + " (--temp-dir '" + directory + "')");
 }
 
 Result<Done> check_reach(const Settings& settings) {
@@ -180,6 +189,19 @@ void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_byt
   watch(Level::mesh_cache_bytes, [](const auto& counters) { return counters.bytes; });
   watch(Level::mesh_cache_meshes, [](const auto& counters) { return counters.meshes; });
   metrics.watch(Level::mesh_cache_limit_bytes, [max_bytes] { return static_cast<double>(max_bytes); });
+}
+
+void watch_handshakes(Metrics& metrics, const std::vector<const HttpGuard*>& guards) {
+  const auto watch = [&](Level level, auto read) {
+    metrics.watch(level, [guards, read] {
+      std::uint64_t sum = 0;
+      for (const HttpGuard* guard : guards) sum += read(guard->handshakes());
+      return static_cast<double>(sum);
+    });
+  };
+  watch(Level::tls_handshakes, [](const auto& counts) { return counts.begun; });
+  watch(Level::tls_handshakes_refused, [](const auto& counts) { return counts.refused; });
+  watch(Level::tls_handshakes_abandoned, [](const auto& counts) { return counts.abandoned; });
 }
 
 Signal wait_for_signal(std::chrono::milliseconds time) {

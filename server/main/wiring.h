@@ -24,8 +24,9 @@
 
 namespace meshgauge::server {
 
-// Blocks signals in this thread and those it starts; sets up heap (server/base/heap.h) and digests. Call before any
-// thread starts.
+// Blocks signals in this thread and those it starts; sets up heap (server/base/heap.h), digests and the log; makes a
+// file that grows beyond the limit on sizes an error, and no signal. Call before any thread starts. Throws
+// std::system_error: the system grants no thread.
 void set_up_process(const Settings& settings);
 
 // Opens the stores of a process: embedded in data_dir, or on PostgreSQL and S3, as the settings say. Precondition:
@@ -55,7 +56,9 @@ class CachingMeshLoader final : public MeshLoader {
   const api::ReadLimits limits_;
 };
 
-// Returns an Error if no file can be created in the directory.
+// Why no file can be created in the directory, which the text does not name; empty: one can.
+std::string why_no_upload(const std::string& directory);
+// The same as an Error, which names it.
 Result<Done> check_temp_dir(const std::string& directory);
 
 // Returns an Error if other machines can reach every address of the host, and neither keys_file nor public_without_keys
@@ -78,6 +81,9 @@ void reload_secrets(Access& access, std::optional<Tls>& tls);
 
 void watch_memory(Metrics& metrics, const MemoryBudget& memory);
 void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows the cache
+
+// The sums of all these guards, which it borrows.
+void watch_handshakes(Metrics& metrics, const std::vector<const HttpGuard*>& guards);
 
 // end: SIGTERM, SIGINT, or SIGHUP because the terminal was closed. reload: any other SIGHUP.
 enum class Signal { none, end, reload };

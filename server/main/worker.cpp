@@ -10,7 +10,9 @@
 #include "api/base/refused.h"
 #include "server/access/entrance.h"
 #include "server/base/each_second.h"
+#include "server/base/heap.h"
 #include "server/handlers/readiness.h"
+#include "server/http/descriptors.h"
 #include "server/jobs/upkeep.h"
 #include "server/main/status_port.h"
 #include "server/main/wiring.h"
@@ -64,6 +66,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
         "`meshgauge serve` does all by itself");
   }
   if (auto ok = check_reach(settings); !ok) return ok.error();
+  if (auto ok = check_descriptors(settings); !ok) return ok.error();
   set_up_process(settings);
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
@@ -73,7 +76,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   MeshCache cache(settings.max_cache_bytes);
   const Stores stores = stores_of(**opened, cache, nullptr);
   Metrics metrics;
-  StoreErrors store_errors(metrics);
+  StoreErrors store_errors(metrics, stores.place);
   ThreadBudget threads(settings.workers);
   MemoryBudget memory(memory_for_meshes(settings));
   CachingMeshLoader loader(pool, cache, read_limits(settings));
@@ -99,6 +102,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   });
   metrics.watch(Level::connections, [&] { return static_cast<double>(status.guard().connections()); });
   metrics.watch(Level::connections_dropped, [&] { return static_cast<double>(status.guard().dropped()); });
+  watch_handshakes(metrics, {&status.guard()});
   const auto port = status.start();
   if (!port) return port.error();
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
@@ -106,8 +110,10 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   const EachSecond upkeep_thread([&upkeep] { upkeep.tick(); });
   stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
   worker.start();
+  end_start_without_memory(nullptr);
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   log_event("memory", memory_text(settings));
+  log_event("descriptors", descriptors_text(settings));
   for (Signal signal = Signal::none; status.listening() && signal != Signal::end;) {
     signal = wait_for_signal(kLook);
     if (signal == Signal::reload) reload_secrets(access, tls);

@@ -33,20 +33,18 @@ Scheduler::Slot::~Slot() {
   if (scheduler_) scheduler_->release(kind_, client_);
 }
 
-Scheduler::Scheduler(const Limits& limits) : limits_(limits) {
+Scheduler::Scheduler(const Limits& limits) : limits_(limits), workers_([this] { tell_end(); }) {
   awaited_.limit = limits.awaited;
   durable_.limit = limits.durable;
-  for (std::size_t i = 0; i < limits.workers + kGuests; ++i) workers_.emplace_back([this] { work(); });
+  for (std::size_t i = 0; i < limits.workers + kGuests; ++i) workers_.start([this] { work(); });
 }
 
-void Scheduler::end() {
+void Scheduler::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   ready_.notify_all();
-  for (std::thread& worker : workers_) worker.join();
-  workers_.clear();
 }
 
 void Scheduler::Slots::take(const std::string& client) {

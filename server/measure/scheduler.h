@@ -23,11 +23,11 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "engine/control.h"
+#include "server/base/threads.h"
 
 namespace meshgauge::server {
 
@@ -81,7 +81,7 @@ class Scheduler {
   };
 
   explicit Scheduler(const Limits& limits);
-  ~Scheduler() { end(); }
+  ~Scheduler() = default;  // as end()
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
@@ -92,7 +92,8 @@ class Scheduler {
   void submit(Slot slot, Task task);                         // never blocks
   bool withdraw(const Control& control);                     // removes a waiting task; false: it does not wait
   void cancel_all();                                         // running, waiting and future tasks
-  void end();  // runs what was submitted, then ends the workers. Precondition: no submit() afterwards
+  // Runs what was submitted, then ends the workers. Precondition: no submit() afterwards.
+  void end() { workers_.end(); }
 
   Figures figures() const;
   // Estimates how long a new job would wait, by the time that the last ones took. `elsewhere`: further jobs before it.
@@ -118,6 +119,7 @@ class Scheduler {
   using Waiting = std::list<Entry>;
 
   void work();
+  void tell_end();
   Waiting::iterator next();
   Entry take(Waiting::iterator next);
   std::size_t running_of(const std::string& client) const;
@@ -135,7 +137,7 @@ class Scheduler {
   double mean_ms_ = 0;  // exponential mean of the time of a job
   bool cancelled_ = false;
   bool ending_ = false;
-  std::vector<std::thread> workers_;
+  Threads workers_;
 };
 
 }  // namespace meshgauge::server

@@ -14,6 +14,10 @@ StoreFailure failure_of(ErrorCode code) {
 
 }  // namespace
 
+std::string located(const std::string& defect, const std::string& place) {
+  return place.empty() ? defect : defect + " (" + place + ")";
+}
+
 void StoreErrors::failed(const Error& error) {
   metrics_.store_failed(failure_of(error.code));
   {
@@ -23,7 +27,7 @@ void StoreErrors::failed(const Error& error) {
     last_ = error.message;
     logged_ = now;
   }
-  log_event("store", error.message);
+  log_event("store", located(error.message, place_));
 }
 
 }  // namespace meshgauge::server

@@ -1,9 +1,10 @@
-// The stores and caches of a service, for its handlers, and their errors.
+// The stores and caches of a service, for its handlers, and their errors, which name no path: clients are told them.
 #pragma once
 
 #include <chrono>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "engine/result.h"
 #include "server/measure/map_cache.h"
@@ -28,12 +29,17 @@ struct Stores {
   MapCache* maps = nullptr;              // null: no deviation maps are made
   store::BatchStore* batches = nullptr;  // null: there are no batches
   store::Listings* listings = nullptr;   // null: nothing is listed
+  std::string place = {};                // where they are, for the log: clients are not told
 };
+
+// For the log: what is wrong, and where. An empty `place` is left out.
+std::string located(const std::string& defect, const std::string& place);
 
 // Counts and logs errors of the store. Repetitions of one message are logged once in a while. Thread safe.
 class StoreErrors {
  public:
-  explicit StoreErrors(Metrics& metrics) : metrics_(metrics) {}  // borrows it
+  // Borrows the metrics. `place`: as in Stores.
+  explicit StoreErrors(Metrics& metrics, std::string place = "") : metrics_(metrics), place_(std::move(place)) {}
 
   // Notes the error of any Result, if it has one.
   void note(const auto& result) {
@@ -50,6 +56,7 @@ class StoreErrors {
   void failed(const Error& error);
 
   Metrics& metrics_;
+  const std::string place_;
   std::mutex mutex_;
   std::string last_;
   std::chrono::steady_clock::time_point logged_;

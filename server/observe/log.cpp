@@ -181,6 +181,8 @@ std::string job_line(const store::Job& row, const std::optional<MeshSizes>& tria
 
 }  // namespace
 
+void start_log() { queue().start(); }
+
 std::string request_line(const Exchange& exchange, double seconds) {
   JsonLine line = begin("request");
   line.add("id", exchange.id);

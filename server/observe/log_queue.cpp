@@ -120,6 +120,18 @@ LogQueue::~LogQueue() {
   state_->wake.notify_one();
 }
 
+void LogQueue::start() {
+  const std::lock_guard lock(state_->mutex);
+  start_writer();
+}
+
+// Precondition: the mutex is held.
+void LogQueue::start_writer() {
+  if (state_->started) return;
+  std::thread([all = state_] { write_lines(*all); }).detach();
+  state_->started = true;
+}
+
 void LogQueue::add_alike(const std::function<std::string()>& make) {
   const bool taken = [&] {
     const std::lock_guard lock(state_->mutex);
@@ -132,8 +144,7 @@ void LogQueue::add(std::string line) noexcept {
   State& state = *state_;
   const std::lock_guard lock(state.mutex);
   try {
-    if (!state.started) std::thread([all = state_] { write_lines(*all); }).detach();
-    state.started = true;
+    start_writer();
     if (state.bytes + line.size() <= kMostBytes) {
       const std::size_t bytes = line.size();
       state.lines.push_back(std::move(line));

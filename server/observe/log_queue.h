@@ -26,6 +26,8 @@ class LogQueue {
   LogQueue(const LogQueue&) = delete;
   LogQueue& operator=(const LogQueue&) = delete;
 
+  // Starts the thread, which the first line starts otherwise. Throws std::system_error: the system grants none.
+  void start();
   void add(std::string line) noexcept;  // never blocks for the descriptor; drops the line without memory
   // As add(make()), kMostAlike times a second. Further lines are not made but counted; one line a second says how many.
   void add_alike(const std::function<std::string()>& make);
@@ -35,6 +37,7 @@ class LogQueue {
 
  private:
   struct State;
+  void start_writer();
   static void write_lines(State& state);
 
   const std::shared_ptr<State> state_;  // shared with the thread, which a stalled reader may hold for ever

@@ -27,10 +27,13 @@ struct Settings {
   std::uint64_t workers = 0;  // 0: one per processor
   std::uint64_t queue = 16;
   std::uint64_t max_queued_jobs = 1000;
-  std::uint64_t max_event_streams = 16;
+  std::uint64_t max_event_streams = 32;
   std::uint64_t io_threads = 64;
   std::uint64_t max_pending_connections = 256;
   std::uint64_t max_arriving_per_peer = 256;
+  std::uint64_t max_handshakes_per_second = 400;
+  std::uint64_t max_handshakes_per_second_per_peer = 20;
+  std::uint64_t handshake_threads = 0;  // 0: one for every four processors
   std::uint64_t default_timeout_ms = 30'000;
   std::uint64_t max_timeout_ms = 180'000;
   std::uint64_t head_timeout_ms = 10'000;
@@ -98,8 +101,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"max_queued_jobs", "Maximum number of durable comparisons queued or running, batches apart; beyond it: 503"},
         s.max_queued_jobs);
   visit({"max_event_streams",
-         "Maximum number of clients following events or waiting with Prefer: wait, half of them of one key; beyond it: "
-         "503, and the state of a batch at once"},
+         "Maximum number of connections following events or waiting with Prefer: wait, half of them of one client "
+         "(key, or address without keys); beyond it: 503, and the state of a batch at once"},
         s.max_event_streams);
   visit({"io_threads", "Threads that handle requests; a request that is waited for, or that waits, takes none"},
         s.io_threads);
@@ -107,6 +110,17 @@ void for_each_setting(SomeSettings& s, Visit visit) {
         s.max_pending_connections);
   visit({"max_arriving_per_peer", "Maximum number of requests still arriving from one client address; beyond it: 429"},
         s.max_arriving_per_peer);
+  visit({"max_handshakes_per_second",
+         "Maximum number of TLS handshakes a second; more wait, and where 256 wait, those of the busiest client "
+         "addresses are refused"},
+        s.max_handshakes_per_second);
+  visit({"max_handshakes_per_second_per_peer",
+         "Maximum number of TLS handshakes a second from one client address, and five times as many at once after a "
+         "pause; beyond it: refused. Where one address stands for many clients, as a load balancer's does, set it to "
+         "max_handshakes_per_second"},
+        s.max_handshakes_per_second_per_peer);
+  visit({"handshake_threads", "Threads for the costly step of TLS handshakes; 0: one for every four processors"},
+        s.handshake_threads);
   visit({"default_timeout_ms", "Time limit of a comparison without timeout_ms"}, s.default_timeout_ms);
   visit({"max_timeout_ms", "Maximum timeout_ms of a comparison, up to 180000"}, s.max_timeout_ms);
   visit({"head_timeout_ms", "Maximum time for a request's head to arrive"}, s.head_timeout_ms);

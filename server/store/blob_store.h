@@ -129,7 +129,7 @@ class BlobStore {
   // The bytes of all blobs of an owner, referred to or not.
   virtual Result<std::uint64_t> stored_bytes(const std::string& owner) = 0;
   virtual Result<std::uint64_t> free_bytes() = 0;  // left for blobs; the largest number: unknown
-  virtual Result<Done> check() = 0;                // writes something: can blobs be stored?
+  virtual Result<Done> check() = 0;                // stores something and removes it: can blobs be stored?
 
  protected:
   Reservations& reservations() { return *reservations_; }

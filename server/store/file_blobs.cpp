@@ -35,7 +35,11 @@ bool holds(const Descriptor& file, std::span<const std::byte> bytes) {
   return true;
 }
 
+constexpr const char* kTrial = "/check";  // below the root, where no blob is: a file that check() moves there
+
 Error not_stored(int error_number) { return storage_error(error_number, "the mesh cannot be stored"); }
+// For callers, clients among them: without the path that the error names.
+Error not_stored(const Error& error) { return {error.code, "the mesh cannot be stored: its folder fails", "", ""}; }
 Error not_read(int error_number) { return storage_error(error_number, "the stored mesh cannot be read"); }
 Error not_removed(int error_number) { return storage_error(error_number, "the stored mesh cannot be removed"); }
 
@@ -182,8 +186,8 @@ Result<bool> FileBlobs::put_again(const Place& place, std::span<const std::byte>
   Result<bool> renewed = renew(place);
   if (!renewed || !*renewed) return renewed;
   // Another call may have moved it here without having synced its name yet.
-  Result<Done> synced = sync_folder(place.folder);
-  if (!synced) return synced.error();
+  const Result<Done> synced = sync_folder(place.folder);
+  if (!synced) return not_stored(synced.error());
   return true;
 }
 
@@ -207,18 +211,21 @@ Result<Done> FileBlobs::move_in(const std::string& incoming, const Place& place)
     if (::rename(incoming.c_str(), place.path.c_str()) != 0) return not_stored(errno);
     count(place.path, before, size);
   }
-  return sync_folder(place.folder);
+  const Result<Done> synced = sync_folder(place.folder);
+  if (!synced) return not_stored(synced.error());
+  return Done{};
 }
 
 Result<Done> FileBlobs::make_durable_folder(const std::string& path, const std::string& around) {
   {
+    std::error_code failed;
     const std::lock_guard lock(folders_mutex_);
-    if (durable_folders_.contains(path)) return Done{};
+    if (durable_folders_.contains(path) && fs::is_directory(path, failed)) return Done{};
   }
-  Result<bool> made = make_folder(path);
-  if (!made) return made.error();
-  Result<Done> synced = sync_folder(around);
-  if (!synced) return synced;
+  const Result<bool> made = make_folder(path);
+  if (!made) return not_stored(made.error());
+  const Result<Done> synced = sync_folder(around);
+  if (!synced) return not_stored(synced.error());
   const std::lock_guard lock(folders_mutex_);
   durable_folders_.insert(path);
   return Done{};
@@ -313,6 +320,8 @@ Result<Done> FileBlobs::check() {
   const Incoming incoming(root_);
   const std::vector<std::byte> block(4096);
   if (!incoming.file() || !write_all(incoming.file().get(), block) || !incoming.sync()) return not_stored(errno);
+  const std::string moved = root_ + kTrial;
+  if (::rename(incoming.path().c_str(), moved.c_str()) != 0 || ::unlink(moved.c_str()) != 0) return not_stored(errno);
   return Done{};
 }
 

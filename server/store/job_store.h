@@ -250,7 +250,8 @@ class JobStore {
   virtual Result<Origin> origin() = 0;
   // Keeps when a sweep found more unknown blobs than crashes leave; nullopt: it no longer does.
   virtual Result<Done> doubt(std::optional<TimePoint> since) = 0;
-  virtual Result<Done> check() = 0;  // writes a row: can the store be written?
+  // Whether a job could be stored now, and found by the next process: does both with one that is removed again.
+  virtual Result<Done> check() = 0;
 
   // The clock of all processes that use this store. Never blocks.
   virtual TimePoint time() const { return now(); }

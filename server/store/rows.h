@@ -129,6 +129,15 @@ std::optional<Job> find_job(Db& db, const JobKey& key) {
   return first_job(db.query(kFindJob, key.owner, key.id));
 }
 
+// A job for JobStore::check(), which removes it in the transaction that inserts it: no other call sees it.
+inline NewJob trial_job(const std::string& id, TimePoint at) {
+  NewJob job;
+  job.key.id = id;
+  job.created = at;
+  job.expires_if_never_run = at;
+  return job;
+}
+
 template <class Db>
 std::optional<Job> find_idempotent_job(Db& db, const std::string& owner, const std::string& key) {
   return first_job(db.query(kFindIdempotentJob, owner, key));

@@ -177,7 +177,7 @@ constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThir
                                         kSqliteFifth, kSqliteSixth,  kSqliteSeventh, kSqliteEighth};
 
 Error unusable_file(const Connection& connection, const std::string& why) {
-  return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};
+  return {ErrorCode::internal, with_path(connection.path()) + " " + why, "", ""};
 }
 
 Result<Done> recognise(Connection& connection, std::int64_t version, std::size_t newest) {
@@ -227,7 +227,7 @@ Result<Migrated> migrate(Connection& connection, std::span<const char* const> st
     }
     return Migrated{version, static_cast<std::int64_t>(steps.size())};
   } catch (const SQLite::Exception& exception) {
-    return connection.to_error(exception);
+    return connection.error_with_path(exception);
   }
 }
 

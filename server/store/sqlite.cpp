@@ -1,6 +1,9 @@
 #include "server/store/sqlite.h"
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
 #include <utility>
 
 #include <sqlite3.h>
@@ -11,6 +14,31 @@ namespace meshgauge::server::store {
 namespace {
 
 constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
+
+constexpr std::string_view kFileHeader("SQLite format 3", 16);  // with its 0
+constexpr std::string_view kLogHeader("\x37\x7f\x06");          // the next byte says the order of its checksums' bytes
+
+// The file that a connection has open; null: none.
+sqlite3_file* file_of(sqlite3* database, int which) {
+  sqlite3_file* file = nullptr;
+  if (sqlite3_file_control(database, "main", which, &file) != SQLITE_OK || !file || !file->pMethods) return nullptr;
+  return file;
+}
+
+// Whether the file begins so. nullopt: it cannot be read now.
+std::optional<bool> begins_with(sqlite3_file* file, std::string_view expected) {
+  std::array<char, 16> bytes{};
+  const int read = file->pMethods->xRead(file, bytes.data(), static_cast<int>(expected.size()), 0);
+  if (read != SQLITE_OK && read != SQLITE_IOERR_SHORT_READ) return std::nullopt;
+  return std::string_view(bytes.data(), expected.size()) == expected;
+}
+
+// The same, or empty: a log begins with its first entry.
+std::optional<bool> is_log(sqlite3_file* file) {
+  sqlite3_int64 size = 0;
+  if (file->pMethods->xFileSize(file, &size) != SQLITE_OK) return std::nullopt;
+  return size == 0 ? true : begins_with(file, kLogHeader);
+}
 
 }  // namespace
 
@@ -45,12 +73,28 @@ std::int64_t Connection::pragma(const char* name) {
 
 bool Connection::in_transaction() const { return sqlite3_get_autocommit(database_.getHandle()) == 0; }
 
-Error Connection::to_error(const SQLite::Exception& exception) const {
-  return store::to_error(exception, path(), system_error_);
+Result<Done> Connection::check_headers() {
+  sqlite3_file* const file = file_of(database_.getHandle(), SQLITE_FCNTL_FILE_POINTER);
+  sqlite3_file* const log = file_of(database_.getHandle(), SQLITE_FCNTL_JOURNAL_POINTER);
+  const std::optional<bool> is_sound = file ? begins_with(file, kFileHeader) : true;
+  const std::optional<bool> has_log = log ? is_log(log) : true;
+  if (!is_sound || !has_log) return Error{ErrorCode::storage_unavailable, "the database cannot be read", "", ""};
+  if (*is_sound && *has_log) return Done{};
+  return Error{ErrorCode::storage_damaged, "the database is damaged: another program has written to its files", "", ""};
 }
 
-Error to_error(const SQLite::Exception& exception, const std::string& path, int system_error) {
-  const std::string what = "the database '" + path + "' ";
+Error Connection::to_error(const SQLite::Exception& exception) const {
+  return store::to_error(exception, system_error_);
+}
+
+Error Connection::error_with_path(const SQLite::Exception& exception) const {
+  return store::to_error(exception, system_error_, with_path(path()));
+}
+
+std::string with_path(const std::string& path) { return "the database '" + path + "'"; }
+
+Error to_error(const SQLite::Exception& exception, int system_error, const std::string& database) {
+  const std::string what = database + " ";
   const std::string text = std::string(": ") + exception.what();
   switch (exception.getErrorCode()) {
     case SQLITE_FULL:
@@ -71,7 +115,7 @@ Error to_error(const SQLite::Exception& exception, const std::string& path, int 
       if (system_error == EIO) return storage_error(system_error, what + "cannot be read");
       [[fallthrough]];
     case SQLITE_NOTADB:
-      return {ErrorCode::internal, what + "is damaged" + text, "", ""};
+      return {ErrorCode::storage_damaged, what + "is damaged" + text, "", ""};
     default:
       return {ErrorCode::internal, what + "failed" + text, "", ""};
   }

@@ -20,6 +20,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include "server/store/job_store.h"
+#include "server/store/open_files.h"
 #include "server/store/sql.h"
 
 namespace meshgauge::server::store {
@@ -45,9 +46,15 @@ class Connection {
   std::int64_t pragma(const char* name);                               // precondition: its value is a number
   bool in_transaction() const;  // SQLite ends a transaction by itself after some errors
 
+  // An Error (storage_damaged) if the database's file or its log no longer begins as one. Reads the files themselves: a
+  // connection does not notice it while it has the pages in memory. Precondition: no other thread writes the database.
+  Result<Done> check_headers();
+
   const std::string& path() const { return database_.getFilename(); }
-  // Precondition: the newest call of this connection or its queries threw the exception.
+  // Precondition of both: the newest call of this connection or its queries threw the exception. The first is for
+  // callers, clients among them; the second names the path.
   Error to_error(const SQLite::Exception& exception) const;
+  Error error_with_path(const SQLite::Exception& exception) const;
 
  private:
   friend class Query;
@@ -71,8 +78,10 @@ class Connection {
   std::map<std::string, SQLite::Statement, std::less<>> statements_;
 };
 
-// For an exception while a connection was opened. `system_error`: errno of the failed call; 0: unknown.
-Error to_error(const SQLite::Exception& exception, const std::string& path, int system_error = 0);
+// `system_error`: errno of the failed call; 0: unknown. `what`: the beginning of the message.
+Error to_error(const SQLite::Exception& exception, int system_error = 0, const std::string& what = "the database");
+
+std::string with_path(const std::string& path);  // "the database 'PATH'"
 
 // One run of a prepared statement.
 class Query {
@@ -123,23 +132,41 @@ class Readers {
  public:
   static constexpr std::size_t kMost = 8;  // further calls block
 
-  explicit Readers(std::string path) : path_(std::move(path)) {}
+  // `files`: of the database, borrowed; null: they are not checked.
+  explicit Readers(std::string path, const OpenFiles* files = nullptr) : path_(std::move(path)), files_(files) {}
 
   // Returns the value of work(Connection&), which may throw SQLite::Exception.
   template <class Work>
   auto read(Work work) -> Result<std::invoke_result_t<Work&, Connection&>> {
     std::unique_ptr<Connection> connection = take();
     const Return returned{*this, connection};
-    try {
-      if (!connection) connection = std::make_unique<Connection>(path_, Connection::Use::read);
-      return work(*connection);
-    } catch (const SQLite::Exception& exception) {
-      if (connection) return connection->to_error(exception);
-      return to_error(exception, path_);
-    }
+    return run(connection, work);
+  }
+
+  // The same on a new connection, beside the pool: finds what the next process would.
+  template <class Work>
+  auto read_anew(Work work) -> Result<std::invoke_result_t<Work&, Connection&>> {
+    std::unique_ptr<Connection> connection;
+    return run(connection, work);
   }
 
  private:
+  // Opens a connection where there is none; not to other files, whose log the last connection to them would remove.
+  template <class Work>
+  auto run(std::unique_ptr<Connection>& connection, Work& work) -> Result<std::invoke_result_t<Work&, Connection&>> {
+    try {
+      if (!connection) {
+        const Result<Done> there = files_ ? files_->check() : Done{};
+        if (!there) return there.error();
+        connection = std::make_unique<Connection>(path_, Connection::Use::read);
+      }
+      return work(*connection);
+    } catch (const SQLite::Exception& exception) {
+      if (connection) return connection->to_error(exception);
+      return to_error(exception);
+    }
+  }
+
   struct Return {
     Readers& readers;
     std::unique_ptr<Connection>& connection;
@@ -150,6 +177,7 @@ class Readers {
   void give_back(std::unique_ptr<Connection> connection);
 
   const std::string path_;
+  const OpenFiles* const files_;
   std::mutex mutex_;
   std::condition_variable returned_;
   std::size_t taken_ = 0;

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <utility>
 
+#include "api/base/digest.h"
 #include "server/store/data_folder.h"
 #include "server/store/rows.h"
 #include "server/store/schema.h"
@@ -29,7 +30,7 @@ Result<std::unique_ptr<Connection>> connect(const std::string& path) {
   try {
     return std::make_unique<Connection>(path, Connection::Use::write);
   } catch (const SQLite::Exception& exception) {
-    return to_error(exception, path, errno);
+    return to_error(exception, errno, with_path(path));
   }
 }
 
@@ -201,8 +202,9 @@ Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const SqliteSettings& set
 }
 
 SqliteStore::SqliteStore(const SqliteSettings& settings, std::unique_ptr<Connection> connection)
-    : readers_(settings.path),
-      writer_(std::move(connection), settings.reserve),
+    : files_(settings.path),
+      readers_(settings.path, &files_),
+      writer_(std::move(connection), settings.reserve, &files_),
       behind_(settings.max_unrecorded, [this](const WriteBehind::Batch& batch) { return write(batch); }) {}
 
 Result<Inserted> SqliteStore::insert(const NewJob& job) {
@@ -383,11 +385,25 @@ Result<Done> SqliteStore::doubt(std::optional<TimePoint> since) {
   });
 }
 
+// As a job is stored, found and forgotten; and then as the next start, which opens the files anew.
 Result<Done> SqliteStore::check() {
-  return writer_.write([](Connection& connection) {
-    connection.query("INSERT INTO checks VALUES (1, $1) ON CONFLICT (id) DO UPDATE SET at = excluded.at", now()).run();
-    return Done{};
+  const TimePoint at = now();
+  const NewJob trial = trial_job(api::random_id(), at);
+  const auto found = writer_.write([&](Connection& connection) {
+    insert_row(connection, as_queued(trial), "");
+    const bool is_there = find_job(connection, trial.key).has_value();
+    connection.query("DELETE FROM jobs WHERE owner = $1 AND id = $2", trial.key.owner, trial.key.id).run();
+    connection.query("INSERT INTO checks VALUES (1, $1) ON CONFLICT (id) DO UPDATE SET at = excluded.at", at).run();
+    return is_there;
   });
+  if (!found) return found.error();
+  const auto seen = readers_.read_anew([](Connection& connection) {
+    Query row = connection.query("SELECT at FROM checks WHERE id = 1");
+    return row.next() ? row.time(0) : TimePoint();
+  });
+  if (!seen) return seen.error();
+  if (*found && *seen >= at) return Done{};
+  return Error{ErrorCode::storage_damaged, "the database does not have what was just stored in it", "", ""};
 }
 
 Result<PutMesh> SqliteStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {

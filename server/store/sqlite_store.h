@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/store/common_store.h"
+#include "server/store/open_files.h"
 #include "server/store/outage.h"
 #include "server/store/reserve.h"
 #include "server/store/signals.h"
@@ -73,6 +74,7 @@ class SqliteStore final : public CommonStore<SqliteStore> {
   Result<std::uint64_t> remove_beyond_share(std::uint64_t max_kept, std::int64_t most);
 
   MemorySignals signals_;
+  const OpenFiles files_;
   Readers readers_;
   Writer writer_;
   WriteBehind behind_;  // destroyed first: it writes until then

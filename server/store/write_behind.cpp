@@ -25,18 +25,22 @@ void merge(WriteBehind::Touches& touches, const BlobKey& mesh, Touch touch) {
 
 }  // namespace
 
-WriteBehind::WriteBehind(std::size_t max_jobs, Write write) : max_jobs_(max_jobs), write_(std::move(write)) {
-  thread_ = std::thread([this] { write_in_background(); });
+WriteBehind::WriteBehind(std::size_t max_jobs, Write write)
+    : max_jobs_(max_jobs), write_(std::move(write)), threads_([this] { tell_end(); }) {
+  threads_.start([this] { write_in_background(); });
 }
 
 WriteBehind::~WriteBehind() {
+  threads_.end();
+  static_cast<void>(flush());  // no caller is left for the error
+}
+
+void WriteBehind::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     stopped_ = true;
   }
   changed_.notify_all();
-  thread_.join();
-  static_cast<void>(flush());  // no caller is left for the error
 }
 
 void WriteBehind::record(Job ended) {

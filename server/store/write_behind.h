@@ -9,10 +9,10 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <unordered_map>
 #include <vector>
 
+#include "server/base/threads.h"
 #include "server/store/mesh_index.h"
 
 namespace meshgauge::server::store {
@@ -59,6 +59,7 @@ class WriteBehind {
 
  private:
   void write_in_background();
+  void tell_end();
   Result<Done> write_some();
   void take();
   void end(const Result<Done>& written);
@@ -75,7 +76,7 @@ class WriteBehind {
   std::uint64_t dropped_ = 0;
   std::mutex writing_;  // held by the thread that writes
   Batch batch_;
-  std::thread thread_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server::store

@@ -23,18 +23,17 @@ bool concerns_one(const SQLite::Exception& exception) {
 
 }  // namespace
 
-Writer::Writer(std::unique_ptr<Connection> connection, Reserve* reserve)
-    : connection_(std::move(connection)), reserve_(reserve) {
-  thread_ = std::thread([this] { loop(); });
+Writer::Writer(std::unique_ptr<Connection> connection, Reserve* reserve, const OpenFiles* files)
+    : connection_(std::move(connection)), reserve_(reserve), files_(files), threads_([this] { tell_end(); }) {
+  threads_.start([this] { loop(); });
 }
 
-Writer::~Writer() {
+void Writer::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   ready_.notify_one();
-  thread_.join();
 }
 
 std::optional<Error> Writer::submit(std::function<void(Connection&)> work, Promise promise) {
@@ -128,13 +127,25 @@ std::optional<Error> Writer::commit(std::span<Task> tasks) {
       if (!run_one(task)) Query(*connection_, "ROLLBACK TO task").run();
       Query(*connection_, "RELEASE task").run();
     }
+    Result<Done> there = check_files();
+    if (!there) {
+      roll_back();
+      return there.error();
+    }
     Query(*connection_, "COMMIT").run();
-    return std::nullopt;
+    there = check_files();  // what is not in the files of their paths now must not be promised
+    return there ? std::nullopt : std::optional(there.error());
   } catch (const SQLite::Exception& exception) {
     Error error = connection_->to_error(exception);
     roll_back();
     return error;
   }
+}
+
+Result<Done> Writer::check_files() {
+  if (!files_) return Done{};
+  Result<Done> there = files_->check();
+  return there ? connection_->check_headers() : there;
 }
 
 void Writer::sync_commits(bool synced) {

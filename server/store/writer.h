@@ -11,9 +11,9 @@
 #include <mutex>
 #include <optional>
 #include <span>
-#include <thread>
 #include <utility>
 
+#include "server/base/threads.h"
 #include "server/store/reserve.h"
 #include "server/store/sqlite.h"
 
@@ -21,8 +21,9 @@ namespace meshgauge::server::store {
 
 class Writer {
  public:
-  explicit Writer(std::unique_ptr<Connection> connection, Reserve* reserve = nullptr);  // borrows the reserve
-  ~Writer();  // precondition: no call of write() is under way
+  // Borrows the reserve and the files. With the files nothing is committed that the next process would not find.
+  explicit Writer(std::unique_ptr<Connection> connection, Reserve* reserve = nullptr, const OpenFiles* files = nullptr);
+  ~Writer() = default;  // precondition: no call of write() is under way
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
@@ -49,9 +50,11 @@ class Writer {
 
   std::optional<Error> submit(std::function<void(Connection&)> work, Promise promise);
   void loop();
+  void tell_end();
   void gather(std::unique_lock<std::mutex>& lock);
   void run(std::span<Task> tasks);
   std::optional<Error> commit(std::span<Task> tasks);
+  Result<Done> check_files();
   std::optional<Error> commit_from_reserve(Task& task);
   void give_back_room();
   bool run_one(Task& task);
@@ -59,7 +62,8 @@ class Writer {
   void roll_back();
 
   const std::unique_ptr<Connection> connection_;
-  Reserve* const reserve_;  // null: there is none
+  Reserve* const reserve_;        // null: there is none
+  const OpenFiles* const files_;  // null: they are not checked
   std::mutex mutex_;
   std::condition_variable ready_;
   std::deque<Task> waiting_;
@@ -67,7 +71,7 @@ class Writer {
   bool synced_ = true;                                   // used by the writer's thread alone: commits wait for the disk
   std::size_t last_tasks_ = 0;                           // used by the writer's thread alone: of its newest transaction
   std::chrono::steady_clock::duration last_duration_{};  // used by the writer's thread alone: of its newest transaction
-  std::thread thread_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server::store

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <mutex>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -87,12 +88,23 @@ std::string expanded(std::string_view gzip) {
   return text;
 }
 
+// Decompressed at its first use: a client that takes no gzip must not cost that each time.
+std::string_view plain_text_of(const File& file) {
+  static std::mutex mutex;
+  static std::map<std::string_view, std::string> texts;
+  const std::lock_guard lock(mutex);
+  auto found = texts.find(file.name);
+  if (found == texts.end()) found = texts.emplace(file.name, expanded(file.gzip)).first;
+  return found->second;
+}
+
 bool reads_gzip(const Head& head) { return weight_of(head.header("accept-encoding"), "gzip") > 0; }
 
+// Without a copy, which clients that do not read would keep, each its own.
 void put(Response& response, const File& file, bool compressed) {
   response.content_type = type_of(file.name);
   if (compressed) response.headers.emplace_back("Content-Encoding", "gzip");
-  response.body = compressed ? std::string(file.gzip) : expanded(file.gzip);
+  response.file = FileBody{std::as_bytes(std::span(compressed ? file.gzip : plain_text_of(file))), nullptr};
 }
 
 void send(Exchange& exchange, const File& file, const char* keep) {
@@ -144,6 +156,16 @@ bool is_named_by_digest(std::string_view name) {
 }  // namespace
 
 bool has_pages() { return !assets().empty(); }
+
+void send_description(Exchange& exchange) {
+  exchange.response.content_type = "application/yaml";
+  exchange.response.file = FileBody{std::as_bytes(std::span(openapi_yaml())), nullptr};
+}
+
+void send_gates_schema(Exchange& exchange) {
+  exchange.response.content_type = "application/schema+json";
+  exchange.response.file = FileBody{std::as_bytes(std::span(gates_schema())), nullptr};
+}
 
 void show_root(Exchange& exchange) {
   const std::string_view accept = exchange.head.header("accept");

@@ -25,17 +25,16 @@ const store::Token& token_of(const PendingResult& delivery) { return delivery.jo
 }  // namespace
 
 PendingResults::PendingResults(store::JobStore& jobs, Settings settings, Listener& listener)
-    : jobs_(jobs), settings_(settings), listener_(listener) {
-  thread_ = std::thread([this] { deliver_in_background(); });
+    : jobs_(jobs), settings_(settings), listener_(listener), threads_([this] { tell_end(); }) {
+  threads_.start([this] { deliver_in_background(); });
 }
 
-PendingResults::~PendingResults() {
+void PendingResults::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   wake_.notify_all();
-  thread_.join();
 }
 
 void PendingResults::add(PendingResult delivery) {

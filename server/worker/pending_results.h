@@ -14,9 +14,9 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "server/base/threads.h"
 #include "server/store/job_store.h"
 #include "server/worker/claim_buffer.h"
 
@@ -62,7 +62,7 @@ class PendingResults {
 
   // Borrows the store and the listener.
   PendingResults(store::JobStore& jobs, Settings settings, Listener& listener);
-  ~PendingResults();  // drops what waits
+  ~PendingResults() = default;  // drops what waits
   PendingResults(const PendingResults&) = delete;
   PendingResults& operator=(const PendingResults&) = delete;
 
@@ -76,6 +76,7 @@ class PendingResults {
   using Group = std::vector<PendingResult>;
 
   void deliver_in_background();
+  void tell_end();
   Group next_group();
   bool deliver(Group& group);
   std::optional<Error> store_endings(Group& group);
@@ -94,7 +95,7 @@ class PendingResults {
   std::uint64_t unsettled_bytes_ = 0;
   bool hurry_ = false;
   bool ending_ = false;
-  std::thread thread_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server

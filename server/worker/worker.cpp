@@ -69,16 +69,17 @@ Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuri
       options_(std::move(options)),
       store_errors_(store_errors),
       buffer_(settings.workers),
-      results_(stores.jobs, {seconds(settings.result_ttl_s)}, *this) {
+      results_(stores.jobs, {seconds(settings.result_ttl_s)}, *this),
+      threads_([this] { tell_end(); }) {
   metrics_.watch(Level::deliveries_waiting, [this] { return static_cast<double>(results_.waiting()); });
 }
 
 Worker::~Worker() { stop(); }
 
 void Worker::start() {
-  threads_.emplace_back([this] { claim_in_background(); });
-  threads_.emplace_back([this] { keep_in_background(); });
-  for (std::size_t i = 0; i < options_.openers; ++i) threads_.emplace_back([this] { open_in_background(); });
+  threads_.start([this] { claim_in_background(); });
+  threads_.start([this] { keep_in_background(); });
+  for (std::size_t i = 0; i < options_.openers; ++i) threads_.start([this] { open_in_background(); });
 }
 
 void Worker::wake() {
@@ -186,15 +187,17 @@ void Worker::stop(milliseconds timeout) {
     idle_.wait_until(lock, until, [&] { return !claiming_; });
   }
   results_.wait_until_empty(until);
+  threads_.end();
+  const std::lock_guard lock(mutex_);
+  if (!handed_back_.empty()) log_event("handed_back", list_of(handed_back_));
+}
+
+void Worker::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   for (auto* waiting : {&claim_wake_, &open_wake_, &keep_wake_}) waiting->notify_all();
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
-  const std::lock_guard lock(mutex_);
-  if (!handed_back_.empty()) log_event("handed_back", list_of(handed_back_));
 }
 
 void Worker::claim_in_background() {

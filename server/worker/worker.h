@@ -18,9 +18,9 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "server/base/threads.h"
 #include "server/measure/measuring.h"
 #include "server/measure/scheduler.h"
 #include "server/measure/stores.h"
@@ -75,6 +75,7 @@ class Worker final : private PendingResults::Listener {
  private:
   using Clock = LiveJob::Clock;
 
+  void tell_end();
   void claim_in_background();
   struct Claim {
     std::size_t most = 0;
@@ -144,7 +145,7 @@ class Worker final : private PendingResults::Listener {
   std::vector<std::string> unsure_;  // used by the claiming thread alone: names of claims that may have been stored
 
   PendingResults results_;
-  std::vector<std::thread> threads_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server

@@ -35,6 +35,7 @@ class Faults:
         struct.pack_into("i", self.table, 4, kind)
 
     def watch(self, process):
+        """-1: every process that loads the shim and the file, from its first call on."""
         self.process = process
         self._write(-1)
 
@@ -44,6 +45,10 @@ class Faults:
     def failed(self):
         """How many calls have failed by the newest orders."""
         return ORDERS.unpack_from(self.table)[6]
+
+    def calls(self):
+        """How many calls of each kind the process has made."""
+        return dict(zip(KINDS, ORDERS.unpack_from(self.table)[7:]))
 
     def lift(self):
         struct.pack_into("i", self.table, 4, -1)

@@ -214,8 +214,15 @@ class Sites(unittest.TestCase):
             self.foreign(self.ask(server, method, path, "attacker.example:%d" % server.port))
             for own in ("localhost", "127.0.0.1", "[::1]"):
                 self.assertNotEqual(self.ask(server, method, path, "%s:%d" % (own, server.port)).status, 403)
+            for neither in ("[::1].attacker.example", "localhost:x.attacker.example", "x@localhost"):
+                self.assertEqual(self.ask(server, method, path, neither).status, 400)
         for path in ("/healthz", "/readyz", "/openapi.yaml"):
             self.assertEqual(self.ask(server, "GET", path, "attacker.example").status, 200)
+
+    def test_the_name_in_a_target_counts(self):
+        server = self.start()
+        self.foreign(self.ask(server, "GET", "http://attacker.example/metrics", "localhost"))
+        self.assertEqual(self.ask(server, "GET", "http://localhost:%d/metrics" % server.port, "attacker.example").status, 200)
 
     def test_a_form_of_another_site_starts_nothing(self):
         server = self.start()

@@ -355,6 +355,24 @@ class Accept(unittest.TestCase):
         self.addCleanup(server.stop)
         self.assertEqual(resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE), (1024, 1024))
 
+    def test_silent_clients_are_asked_whether_they_are_there(self):
+        """One that vanished without a word never closes its connection: the kernel finds out, and what it waits for ends."""
+        server = Server()
+        self.addCleanup(server.stop)
+        with server.connect() as connection:
+            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
+            until(lambda: self.timer(server.port, connection.getsockname()[1]) == 2)
+
+    def timer(self, local, remote):
+        """Which timer runs for a connection (the kernel's proc_net_tcp.rst); 2: that of keep-alive. None: there is no such one."""
+        ports = ["%04X" % local, "%04X" % remote]
+        for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]:
+            fields = line.split()
+            if [place.split(":")[1] for place in fields[1:3]] == ports:
+                return int(fields[5].split(":")[0], 16)
+        return None
+
     def test_answers_are_not_held_back(self):
         """Else each would wait for the client's delayed acknowledgement of the one before."""
         server = Server()

@@ -2,6 +2,7 @@
 
 After every test the next request is served, and the service has kept no memory of it."""
 
+import contextlib
 import gzip
 import json
 import os
@@ -96,6 +97,11 @@ class Heads(EdgeCase):
     def test_other_forms_of_a_target(self):
         for target in (b"http://other.example/healthz", b"http://[::1]:80/healthz"):
             self.assertEqual(self.server.raw(b"GET " + target + b" HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 200)
+        root = self.server.raw(b"GET http://other.example?x=/metrics HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        self.assertEqual(root.status, 200)
+        self.assertNotIn(b"meshgauge_requests_total", root.body)
+        for target in (b"http://user@localhost/healthz", b"http:///healthz", b"/healthz|", b"/%zz", b"/healthz?x=[", b"*"):
+            self.refused_and_closed(b"GET " + target + b" HTTP/1.1\r\nHost: localhost\r\n\r\n", 400, "malformed-request")
         for target in (b"/healthz%00", b"/healthz/..", b"/./healthz", b"//healthz", b"/%68ealthz", b"/healthz;a=b"):
             self.refused(self.server.raw(b"GET " + target + b" HTTP/1.1\r\nHost: localhost\r\n\r\n"), 404, "not-found")
 
@@ -117,7 +123,7 @@ class Heads(EdgeCase):
                 self.assertNotIn("set-cookie", answer.headers)
                 self.assertNotIn("x", answer.headers)
         for line in self.server.log:
-            self.assertIn(json.loads(line)["event"], ("memory", "request", "sandbox"))
+            self.assertIn(json.loads(line)["event"], ("descriptors", "memory", "request", "sandbox"))
 
     def test_overlapping_ranges(self):
         document = (ROOT / "openapi.yaml").read_bytes()
@@ -141,6 +147,14 @@ class Heads(EdgeCase):
                 connection.sendall(GET.replace(b"/healthz", b"/openapi.yaml") + b"\r\n")
         self.assertEqual(self.server.get("/healthz").status, 200)
         connection.close()
+
+    @unittest.skipIf(os.environ.get("MESHGAUGE_DOCS") == "0", "built without npm")
+    def test_clients_that_never_read_a_page_hold_no_copy_of_it(self):
+        with contextlib.ExitStack() as stack:
+            for _ in range(150):
+                connection = stack.enter_context(self.server.connect())
+                connection.sendall(GET.replace(b"/healthz", b"/docs/swagger-ui-bundle.js") + b"\r\n")
+                self.assertEqual(connection.recv(12, socket.MSG_PEEK | socket.MSG_WAITALL), b"HTTP/1.1 200")
 
 
 class Bodies(EdgeCase):

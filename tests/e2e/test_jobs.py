@@ -164,7 +164,7 @@ class Ends(ServerCase):
 
 
 class Events(ServerCase):
-    flags = ("--workers", "1", "--max-event-streams", "2")
+    flags = ("--workers", "1", "--max-event-streams", "4")
 
     def watch(self, path):
         """The events of a comparison, once all of them are there."""
@@ -237,6 +237,9 @@ class Events(ServerCase):
                 connection.sendall(("GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
                 self.assertTrue(connection.makefile("rb").readline().startswith(b"HTTP/1.1 200 "))
             self.refused(self.server.get(path + "/events"), 503, "overloaded")
+            other = stack.enter_context(self.server.connect(source="127.0.0.2"))  # one address alone does not get all places
+            other.sendall(("GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
+            self.assertTrue(other.makefile("rb").readline().startswith(b"HTTP/1.1 200 "))
         until(lambda: self.server.get(path + "/events", "HEAD").status == 200)
         self.server.send("DELETE", path)
 

@@ -165,7 +165,10 @@ class Cached(unittest.TestCase):
             until(lambda: self.value(server, "meshgauge_queue_depth") == 1)
             server.process.terminate()
             answer = read_answer(connection.makefile("rb"))
-        self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/shutting-down"))
+        if answer.status == 200:  # the worker became free and made it in the time that was left
+            self.assertTrue(answer.body.startswith(b"ply\n"))
+        else:
+            self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/shutting-down"))
 
     @unittest.skipUnless(FAILING_DISK and not os.environ.get("MESHGAUGE_SANITIZED"), "a sanitizer comes before every other library")
     def test_a_full_disk(self):

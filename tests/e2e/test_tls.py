@@ -1,6 +1,10 @@
 """TLS by the service itself."""
 
+import contextlib
 import json
+import os
+import re
+import resource
 import signal
 import socket
 import ssl
@@ -37,11 +41,41 @@ def client(**changes):
 class TlsServer(Server):
     context = client()
 
-    def plain(self, timeout=60):
-        return super().connect(timeout)
+    def plain(self, timeout=60, source=""):
+        return super().connect(timeout, source)
 
     def connect(self, timeout=60, context=None):
         return (context or self.context).wrap_socket(self.plain(timeout), server_hostname="localhost")
+
+
+def recorded_hello():
+    """What a client sends first: to send it again costs nothing."""
+    incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+    with contextlib.suppress(ssl.SSLWantReadError):
+        client().wrap_bio(incoming, outgoing).do_handshake()
+    return outgoing.read()
+
+
+class Steady:
+    """A connection that stays open: what is asked on it costs no handshake."""
+
+    def __init__(self, server):
+        self.connection = server.connect()
+        self.stream = self.connection.makefile("rb")
+
+    def get(self, path):
+        self.connection.sendall(("GET %s HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
+        return read_answer(self.stream)
+
+    def counts(self):
+        """How many handshakes were begun, refused and abandoned, and how many connections were dropped."""
+        text = self.get("/metrics").body.decode()
+        return [int(float(re.search(r"^meshgauge_%s_total (\S+)$" % name, text, re.M)[1]))
+                for name in ("tls_handshakes", "tls_handshakes_refused", "tls_handshakes_abandoned", "connections_dropped")]
+
+    def close(self):
+        self.stream.close()
+        self.connection.close()
 
 
 class Pipe:
@@ -187,10 +221,7 @@ class Tls(unittest.TestCase):
 
     def test_a_slow_handshake_is_cut(self):
         server = self.own("--head-timeout-ms", "500", "--keep-alive-ms", "400")
-        incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
-        with self.assertRaises(ssl.SSLWantReadError):
-            client().wrap_bio(incoming, outgoing).do_handshake()
-        hello = outgoing.read()
+        hello = recorded_hello()
         for first in (b"", hello[:1], hello[:100]):
             with server.plain() as connection:
                 connection.sendall(first)
@@ -330,6 +361,100 @@ class Tls(unittest.TestCase):
         self.assertEqual(server.stop(), 0)
         for connection in connections:
             connection.close()
+
+
+class Floods(unittest.TestCase):
+    """Recorded hellos, at the rate at which this program can send them; what is asserted are counts, not times."""
+
+    ATTACKER = "127.0.0.2"  # honest clients call from 127.0.0.1
+
+    def start(self, *flags):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        make_certificate(Path(folder.name))
+        server = TlsServer("--tls-certificate", folder.name + "/c.pem", "--tls-key", folder.name + "/k.pem", "--keep-alive-ms", "600000",
+                           "--head-timeout-ms", "600000", "--grace-ms", "300", *flags)
+        self.addCleanup(server.stop)
+        return server, self.steady(server)
+
+    def steady(self, server):
+        steady = Steady(server)
+        self.addCleanup(steady.close)
+        return steady
+
+    def flood(self, server, source, count, bytes_sent):
+        """Connections from this address that have sent this, and stay open."""
+        connections = []
+        for _ in range(count):
+            connections.append(server.plain(source=source))
+            self.addCleanup(connections[-1].close)
+            with contextlib.suppress(OSError):  # refused already
+                connections[-1].sendall(bytes_sent)
+        return connections
+
+    def answered(self, connection):
+        """Whether the service has sent anything before it closed, or before the client had to finish."""
+        try:
+            return connection.recv(1) != b""
+        except ConnectionResetError:
+            return False
+
+    def test_an_address_that_repeats_a_hello_is_refused_beyond_its_rate(self):
+        server, steady = self.start("--max-handshakes-per-second-per-peer", "2")
+        before, began = steady.counts(), time.monotonic()
+        flood = self.flood(server, self.ATTACKER, 300, recorded_hello())
+
+        def passed():
+            begun, refused, abandoned, _ = (now - then for now, then in zip(steady.counts(), before))
+            self.assertEqual(abandoned, 0)
+            return (begun, refused) if begun + refused == len(flood) else None
+        begun, refused = until(passed)
+        self.assertGreaterEqual(begun, 10)  # five seconds' handshakes at once
+        self.assertLessEqual(begun, 10 + 2 * (time.monotonic() - began) + 1)
+        self.assertEqual(sum(map(self.answered, flood)), begun)  # the others got no byte
+        self.assertEqual(server.get("/healthz").status, 200)  # of another address
+
+    def test_a_client_that_has_gone_costs_nothing(self):
+        server, steady = self.start("--max-handshakes-per-second-per-peer", "1000")
+        begun, refused, abandoned, _ = steady.counts()
+        hello = recorded_hello()
+        server.process.send_signal(signal.SIGSTOP)  # so that all have gone before the service looks
+        try:
+            for _ in range(50):
+                with server.plain(source=self.ATTACKER) as connection:
+                    connection.sendall(hello)
+        finally:
+            server.process.send_signal(signal.SIGCONT)
+        until(lambda: steady.counts()[2] == abandoned + 50)
+        self.assertEqual(steady.counts()[:2], [begun, refused])
+
+    def test_other_addresses_go_before_those_that_flood(self):
+        """Of 400 hellos 256 wait, and four a second are taken: behind them an honest client would wait for a minute."""
+        server, steady = self.start("--max-handshakes-per-second", "4", "--max-handshakes-per-second-per-peer", "10")
+        before, began = steady.counts(), time.monotonic()
+        for i in range(8):
+            self.flood(server, "127.0.0.%d" % (2 + i), 50, recorded_hello())
+        until(lambda: steady.counts()[1] > before[1])  # the places are taken
+        self.assertEqual(server.get("/healthz").status, 200)
+        begun = steady.counts()[0] - before[0]
+        self.assertLessEqual(begun, 4 * (time.monotonic() - began) + 2)
+        self.assertLess(begun, 200)
+        self.assertEqual(server.stop(), 0)  # with those that wait
+
+    @unittest.skipIf(os.environ.get("MESHGAUGE_SANITIZED"), "UBSan takes an object for invalid when no descriptor is left")
+    def test_unfinished_handshakes_give_way_to_finished_ones(self):
+        server, steady = self.start("--workers", "1")
+        idle = [self.steady(server) for _ in range(5)]
+        for one in idle:
+            self.assertEqual(one.get("/healthz").status, 200)
+        most = len(os.listdir("/proc/%d/fd" % server.process.pid)) + 8
+        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (most, most))
+        for sent in (b"", recorded_hello()[:1]):
+            before = steady.counts()[3]
+            self.flood(server, self.ATTACKER, 30, sent)
+            until(lambda: steady.counts()[3] >= before + 10)
+            for one in idle:
+                self.assertEqual(one.get("/healthz").status, 200)
 
 
 if __name__ == "__main__":

@@ -23,11 +23,11 @@ def take_request(sent):
     if not sent:
         return None, b""
     head, end, rest = sent.partition(b"\r\n\r\n")
-    line = re.match(rb"([!-~]+) ((?:http://[^/ ]*)?)(/[!-~]*|\*)(?: HTTP/[0-9.]+)?(?:\r\n|$)", head)
+    line = re.match(rb"([!-~]+) ((?:http://[^/? ]*)?)([/?][!-~]*|\*)(?: HTTP/[0-9.]+)?(?:\r\n|$)", head)
     if not line:
         return Request(head.split(b" ", 1)[0].decode("latin-1")), b""
     path, _, query = line[3].decode().partition("?")
-    request = Request(line[1].decode(), path, query, headers_of(head))
+    request = Request(line[1].decode(), path or "/", query, headers_of(head))
     if not end:
         return request, b""
     request.body, rest = take_body(request.headers, rest)

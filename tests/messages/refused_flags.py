@@ -133,6 +133,7 @@ def service_flags():
         ("a public address without keys", ["--host", "0.0.0.0"]),
         ("an address of another machine", ["--host", "192.0.2.1", "--port", "0", "--public-without-keys"]),
         ("no thread for requests", ["--io-threads", "0"]),
+        ("no TLS handshakes", ["--max-handshakes-per-second-per-peer", "0"]),
         ("too many workers", ["--workers", "100000"]),
         ("a largest timeout that is too large", ["--max-timeout-ms", "999999"]),
         ("a default timeout above the largest", ["--default-timeout-ms", "60000", "--max-timeout-ms", "50000"]),

@@ -19,6 +19,33 @@ sys.stdout.write("started\\n"); sys.stdout.flush()
 meshgauge.compare(shapes.grid(120), shapes.grid(127), tolerance=0, strategy="four_point", timeout=None, threads=1)
 """
 
+# Indices and corners go to and fro between those of a mesh and what leads outside of it.
+CHANGING = """
+import threading, numpy, meshgauge, shapes
+vertices, faces = shapes.grid(60)
+vertices, faces = numpy.array(vertices, numpy.float64), numpy.array(faces, numpy.uint32)
+right, over = (vertices.copy(), faces.copy()), threading.Event()
+
+def change():
+    while not over.is_set():
+        faces[::3] = 0xffff0000
+        vertices[::5] = numpy.nan
+        vertices[:], faces[:] = right
+
+thread = threading.Thread(target=change)
+thread.start()
+try:
+    for _ in range(15):
+        try:
+            meshgauge.compare((vertices, faces), shapes.grid(67, 0.1), timeout=0.1, threads=1)
+        except (meshgauge.InputError, TimeoutError):
+            pass
+finally:
+    over.set()
+    thread.join()
+print("ended")
+"""
+
 
 class Threads(unittest.TestCase):
     def test_a_thousand_calls_at_once_give_the_same_bits(self):
@@ -53,6 +80,11 @@ class Threads(unittest.TestCase):
             counted += 1
         thread.join()
         self.assertGreater(counted, 1000)
+
+    def test_arrays_that_change_meanwhile(self):
+        """A result or an error, never memory of others: in a process of its own, which would end by a signal."""
+        run = subprocess.run([sys.executable, "-c", CHANGING], capture_output=True, text=True, check=False)
+        self.assertEqual((run.returncode, run.stdout), (0, "ended\n"), run.stderr)
 
     def test_a_forked_process_compares(self):
         a, b = shapes.grid(4), shapes.grid(5, 0.1)

@@ -74,14 +74,14 @@ PgControl::PgControl(ControlSettings settings, const ConnectionHealth& others)
       others_(others),
       wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
       connected_since_(Clock::now().time_since_epoch().count()),
-      time_offset_ns_(settings_.time_offset_ns) {
-  thread_ = std::thread([this] { work(); });
+      time_offset_ns_(settings_.time_offset_ns),
+      threads_([this] { tell_end(); }) {
+  threads_.start([this] { work(); });
 }
 
-PgControl::~PgControl() {
+void PgControl::tell_end() {
   stopped_ = true;
   ::eventfd_write(wake_.get(), 1);
-  thread_.join();
 }
 
 void PgControl::listen(Hear hear) {

@@ -6,9 +6,9 @@
 #include <deque>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "api/base/descriptor.h"
+#include "server/base/threads.h"
 #include "server/store/postgres/connection.h"
 #include "server/store/postgres/pool.h"
 #include "server/store/signals.h"
@@ -32,7 +32,7 @@ class PgControl final : public Signals {
  public:
   // `others`: the other connections of this process; borrowed.
   PgControl(ControlSettings settings, const ConnectionHealth& others);
-  ~PgControl() override;
+  ~PgControl() override = default;
 
   void listen(Hear hear) override;
   void stop_listening() override;
@@ -46,6 +46,7 @@ class PgControl final : public Signals {
 
  private:
   void work();
+  void tell_end();
   void connect();
   void serve();
   void send_pending();
@@ -79,7 +80,7 @@ class PgControl final : public Signals {
   std::unique_ptr<PgConnection> connection_;
   std::string channel_;
   SteadyTime applied_{}, measured_at_{};
-  std::thread thread_;
+  Threads threads_;
 };
 
 // A signal as a payload of NOTIFY, for any bytes in the owner's name; a payload that would be too long becomes

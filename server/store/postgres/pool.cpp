@@ -1,6 +1,7 @@
 #include "server/store/postgres/pool.h"
 
 #include <algorithm>
+#include <thread>
 
 #include "server/base/heap.h"
 
@@ -45,18 +46,18 @@ Error plain_error(const PgFailure& failure) {
   return error;
 }
 
-PgPool::PgPool(PoolSettings settings) : settings_(std::move(settings)), outage_("the database", settings_.report) {
-  opener_ = std::thread([this] { open_connections(); });
+PgPool::PgPool(PoolSettings settings)
+    : settings_(std::move(settings)), outage_("the database", settings_.report), opener_([this] { tell_end(); }) {
+  opener_.start([this] { open_connections(); });
 }
 
-PgPool::~PgPool() {
+void PgPool::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     stopped_ = true;
   }
   wanted_.notify_all();
   returned_.notify_all();
-  opener_.join();
 }
 
 SteadyTime PgPool::newest_trouble() const {

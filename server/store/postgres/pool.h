@@ -16,9 +16,9 @@
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <type_traits>
 
+#include "server/base/threads.h"
 #include "server/store/outage.h"
 #include "server/store/postgres/connection.h"
 
@@ -53,7 +53,7 @@ class ConnectionHealth {
 class PgPool final : public ConnectionHealth {
  public:
   explicit PgPool(PoolSettings settings);
-  ~PgPool() override;
+  ~PgPool() override = default;
 
   // Returns the value of work(PgConnection&), which may throw PgFailure and is repeated when that may help. Blocks for
   // at most `longer` times the call_timeout. Thread safe.
@@ -81,6 +81,7 @@ class PgPool final : public ConnectionHealth {
   void lose(const std::string& why);
   bool is_given_up() const;
   void open_connections();
+  void tell_end();
   void open_one(std::unique_lock<std::mutex>& lock);
 
   const PoolSettings settings_;
@@ -97,7 +98,7 @@ class PgPool final : public ConnectionHealth {
   std::string why_no_more_;  // why no further connection can be opened; empty: the newest attempt opened one
   bool stopped_ = false;
   Outage outage_;
-  std::thread opener_;
+  Threads opener_;
 };
 
 }  // namespace meshgauge::server::store

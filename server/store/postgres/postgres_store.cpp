@@ -259,11 +259,21 @@ Result<Done> PostgresStore::doubt(std::optional<TimePoint> since) {
 Result<Done> PostgresStore::check() {
   static const std::string process =
       api::random_id().substr(0, 2);  // few rows, and few processes that wait for the same one
-  return pool_.run(Promise::durable, [&](PgConnection& connection) {
+  const auto found = pool_.run(Promise::durable, [&](PgConnection& connection) {
+    const JobRow trial{as_queued(trial_job(api::random_id(), time())), ""};
+    const JobKey& key = trial.job.key;
+    PgTransaction transaction(connection);
+    insert_rows(connection, {&trial, 1});
+    const bool is_there = find_job(connection, key).has_value();
+    connection.query("DELETE FROM jobs WHERE owner = $1 AND id = $2", key.owner, key.id);
     connection.query("INSERT INTO checks VALUES ($1, $2) ON CONFLICT (process) DO UPDATE SET at = excluded.at", process,
                      time());
-    return Done{};
+    transaction.commit();
+    return is_there;
   });
+  if (!found) return found.error();
+  if (*found) return Done{};
+  return Error{ErrorCode::storage_damaged, "the database does not have what was just stored in it", "", ""};
 }
 
 Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {

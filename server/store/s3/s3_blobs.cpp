@@ -9,6 +9,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <unordered_set>
 #include <vector>
@@ -155,8 +156,11 @@ Result<std::uint64_t> OwnerSums::of(const std::string& owner) {
   if (sum.known && !due) return sum.bytes;
   sum.meanwhile = 0;
   if (sum.known) {
-    sum.refresh = std::async(std::launch::async, [this, owner] { static_cast<void>(weigh(owner)); });
-    sum.weighing = true;
+    try {
+      sum.refresh = std::async(std::launch::async, [this, owner] { static_cast<void>(weigh(owner)); });
+      sum.weighing = true;
+    } catch (const std::system_error&) {  // no thread is to be had: the next call tries again
+    }
     return sum.bytes;
   }
   sum.weighing = true;

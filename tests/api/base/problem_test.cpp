@@ -28,7 +28,8 @@ TEST_CASE("problem: every code has its status") {
       {ErrorCode::non_finite_vertex, 422},    {ErrorCode::index_out_of_range, 422},
       {ErrorCode::coordinate_too_large, 422}, {ErrorCode::too_large, 413},
       {ErrorCode::out_of_time, 503},          {ErrorCode::internal, 500},
-      {ErrorCode::unit_conflict, 422}};
+      {ErrorCode::unit_conflict, 422},        {ErrorCode::storage_full, 507},
+      {ErrorCode::storage_unavailable, 503},  {ErrorCode::storage_damaged, 503}};
   for (const auto& [code, status] : expected) {
     const api::Problem problem = api::to_problem(Error{code, "x", "", ""});
     CHECK(problem.status() == status);

@@ -156,3 +156,20 @@ TEST_CASE("mesh file: what a pipe sent, under its name") {
       "'standard input' is a glTF of several files: it came through a pipe, which has no folder for 'x.bin'; name the "
       ".gltf itself, or send a .glb or a .zip with all files");
 }
+
+TEST_CASE("mesh file: a copy stands in place of a file, with the files beside it, and has its name in messages") {
+  const test::Folder folder;
+  const std::string text = test::small_mesh();
+  const Copies copies{{"main:part.off", folder.write("part", text).string()},
+                      {"main:scene.gltf", folder.write("0/scene.gltf", scene("x.bin")).string()},
+                      {"main:gone.off", (folder / "gone").string()}};
+  const auto opened = [&](const std::string& name) { return MeshFile::open(name, nullptr, &copies); };
+  REQUIRE(opened("main:part.off"));
+  CHECK(opened("main:part.off")->bytes().size() == text.size());
+  CHECK(contains(opened("main:scene.gltf").error().message, "'main:scene.gltf' is a glTF of several files: "));
+  folder.write("0/x.bin", corners());
+  REQUIRE(opened("main:scene.gltf"));
+  CHECK(opened("main:scene.gltf")->more_suffix() == ".zip");
+  CHECK(opened("main:gone.off").error().message == "'main:gone.off' cannot be read: No such file or directory");
+  CHECK(contains(opened("main:other.off").error().message, "'main:other.off' cannot be read"));
+}

@@ -38,13 +38,13 @@ TEST_CASE("table: each option has what its help and its schema need") {
     CAPTURE(std::string(option->key));
     CHECK(keys.insert(option->key).second);
     CHECK(option->surfaces != 0);
-    CHECK(option->read != nullptr);
+    CHECK((option->read != nullptr));
     CHECK(option->help.size() >= 10);
     CHECK(option->help.size() <= 110);
     CHECK(option->help.find_first_of(".\n", option->help.size() - 1) == std::string_view::npos);
     CHECK((option->words != nullptr) == (option->kind == api::OptionKind::choice));
     if (option->kind == api::OptionKind::count) CHECK(option->range.integer);
-    if (option->is_limit) CHECK(option->lengths != nullptr);
+    if (option->is_limit) CHECK((option->lengths != nullptr));
     if (option->surfaces & api::Surface::manifest) CHECK((option->surfaces & api::kEverywhere) == api::kEverywhere);
   }
 }

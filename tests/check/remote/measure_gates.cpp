@@ -1,7 +1,7 @@
 // Reads what to measure as JSON from standard input, and writes what became of it. Ctrl-C as with `meshgauge check`.
 //
 //   {"service": null | {"url", "key_file", "ca_file", "at_once", "connect_timeout_ms", "stall_s",
-//                         "retry_ms", "first_contact_ms", "cancel_ms"},
+//                         "retry_ms", "first_contact_ms", "patience_ms", "cancel_ms"},
 //    "gates": [{"name", "candidate", "baseline", "options"}]}
 #include <csignal>
 #include <cstdio>
@@ -47,6 +47,7 @@ std::unique_ptr<check::Measurer> remote_of(const Json& json) {
   options.at_once = json.value("at_once", options.at_once);
   options.retry_time = std::chrono::milliseconds(json.value("retry_ms", options.retry_time.count()));
   options.first_contact = std::chrono::milliseconds(json.value("first_contact_ms", options.first_contact.count()));
+  options.least_patience = std::chrono::milliseconds(json.value("patience_ms", options.least_patience.count()));
   options.connect_timeout =
       std::chrono::milliseconds(json.value("connect_timeout_ms", options.connect_timeout.count()));
   options.cancel_time = std::chrono::milliseconds(json.value("cancel_ms", options.cancel_time.count()));

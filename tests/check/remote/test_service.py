@@ -236,7 +236,8 @@ class Restarts(Case):
         server = server_at(port, str(self.folder / "data"))
         pair = [self.file(name, data) for name, data in SLOW.items()]
         options = {k: v for k, v in SLOW_OPTIONS.items() if k != "timeout_ms"}
-        run = Run([gate("slow", *pair, max_distance=1e-12, timeout_ms=3000, options=options)], {"url": url_of(server)})
+        run = Run([gate("slow", *pair, max_distance=1e-12, timeout_ms=3000, options=options)],
+                  {"url": url_of(server), "patience_ms": 300_000})
         until(lambda: requests(server, "GET", "/v1/batches/"))
         server.stop(signal.SIGKILL)
         server = server_at(port, str(self.folder / "other"))

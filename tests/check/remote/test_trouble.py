@@ -150,6 +150,17 @@ class Retries(Trouble):
             self.assert_errors("it answers 503", url_of(relay), retry_ms=3000)
             self.assertGreater(relay.seen[("PUT", "/v1/meshes")], 4)
 
+    def test_a_gates_timeout_bounds_all_tries(self):
+        def refuse(handler, seen):
+            handler.answer(503, {}, b"")
+            return True
+        for each in self.gates:
+            each["options"]["timeout_ms"] = 3000
+        with Relay(self.server.port, refuse) as relay:
+            self.errors(url_of(relay), retry_ms=300_000, patience_ms=0)
+            # The first pause is 100 ms at least, and each twice as long as the one before.
+            self.assertLessEqual(max(relay.seen.values()), 5 * len(self.gates))
+
     def test_what_does_not_pass_is_not_tried_again(self):
         def refuse(handler, seen):
             handler.answer(400, {}, b"")
@@ -195,7 +206,7 @@ class Broken(Trouble):
         here = measure(gates)
         for seed in (1, 2):
             with self.subTest(seed), FlakyProxy(self.server.port, seed) as proxy:
-                there = measure(gates, {"url": url_of(proxy), "stall_s": 1})
+                there = measure(gates, {"url": url_of(proxy), "stall_s": 1, "patience_ms": 300_000})
                 self.assertGreater(proxy.broken, 0)
                 for name, outcome in here.items():
                     self.assertIsNone(there[name]["error"])
@@ -242,6 +253,12 @@ class Strangers(Trouble):
     def test_an_endless_body(self):
         head = "HTTP/1.1 404 Not Found\r\nContent-Type: text/html\r\nConnection: close\r\n\r\n"
         for error in self.stub(head, b"x" * MEGABYTE, 300):
+            self.assertIn("larger than 4194304 bytes", error)
+
+    def test_a_length_beyond_the_limit(self):
+        """Refused from the head alone: the body never comes."""
+        head = "HTTP/1.1 404 Not Found\r\nContent-Type: text/html\r\nContent-Length: 5000000000\r\n\r\n"
+        for error in self.stub(head, b"x", 1, pause=20):
             self.assertIn("larger than 4194304 bytes", error)
 
     def test_an_endless_head(self):

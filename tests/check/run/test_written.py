@@ -149,6 +149,41 @@ class Reports(Workplace):
         self.fails("flat.obj", "raised.obj", *self.LIMIT, "--json=x", "--sarif", "x", saying="--sarif")
 
 
+class Pictures(Workplace):
+    def pictures(self, folder="pictures"):
+        return {path.name: path.read_bytes() for path in (self.folder / folder).iterdir()}
+
+    def test_each_gate_that_does_not_pass_has_a_small_png(self):
+        self.file("broken.obj", "v 0 0 zero\n")
+        self.manifest([("good", "flat.obj", "raised.obj", 3), ("bad", "flat.obj", "raised.obj", 1),
+                       ("Odd/<b>name", "flat.obj", "raised.obj", 1), ("broken", "broken.obj", "flat.obj", 1),
+                       ("open", "raised.obj", "flat.obj", 3, "expect: {watertight: true}")])
+        self.exits(3, "gates.yaml", "--pictures", "pictures", "--jobs", "4", "--threads", "1")
+        found = self.pictures()
+        self.assertEqual(len(found), 3, sorted(found))
+        self.assertLessEqual({"bad.png", "open.png"}, set(found))
+        for name, data in found.items():
+            self.assertRegex(name, r"\A[a-z0-9._-]+\.png\Z")
+            self.assertTrue(data.startswith(b"\x89PNG\r\n"), name)
+            self.assertLessEqual(len(data), 200_000)
+        self.exits(3, "gates.yaml", "--pictures", "again", "--jobs", "1", "--threads", "1", "--html", "report.html")
+        self.assertEqual(self.pictures("again"), found)
+
+    def test_of_two_files(self):
+        self.exits(1, "flat.obj", "raised.obj", "--max-distance", "1", "--pictures", "pictures")
+        self.assertEqual(list(self.pictures()), ["flat.obj.png"])
+        self.exits(0, "flat.obj", "raised.obj", "--max-distance", "3", "--pictures", "pictures")
+        self.assertEqual(list(self.pictures()), [])  # that of the run before does not stay
+
+    def test_a_folder_that_cannot_be_written(self):
+        pair = ("flat.obj", "raised.obj", "--max-distance", "1")
+        self.fails(*pair, "--pictures", "flat.obj", saying="--pictures: 'flat.obj' cannot be created as a folder")
+        (self.folder / "pictures/flat.obj.png/full").mkdir(parents=True)
+        result = self.exits(3, *pair, "--pictures", "pictures")
+        self.assertIn("FAIL", result.stdout)
+        self.assertIn("the picture 'pictures/flat.obj.png' cannot be written", result.stderr)
+
+
 class Deviation(Workplace):
     def test_of_two_files_by_the_suffix_of_the_name(self):
         pair = ("flat.obj", "raised.obj", "--max-distance", "3")

@@ -142,12 +142,24 @@ void write_bodies(Seeds& seeds) {
 }
 
 void write_requests(Seeds& seeds) {
+  int number = 0;
   seeds.write("head", "get", "GET /healthz?x=1 HTTP/1.1\r\nHost: x\r\nConnection: keep-alive, close\r\n\r\n");
   seeds.write("head", "post",
               "POST http://host:80/v1/comparisons HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; "
               "boundary=XX\r\nContent-Length: 12\r\nExpect: 100-continue\r\n\r\n");
   seeds.write("head", "chunked", "POST / HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: Chunked\r\n\r\n");
   seeds.write("head", "old", "OPTIONS * HTTP/1.0\r\nContent-Encoding: identity\r\n\r\n");
+  for (const char* target :
+       {"/v1/comparisons?limit=5", "/%2e/..;a=b//:@?/?", "http://h?x=/metrics", "HTTPS://gauge.example:443/a?b",
+        "http://[::1]:80", "http://user@host/", "http:///x", "*", "/%zz", "/|"}) {
+    seeds.write("target", "target" + std::to_string(number++), target);
+  }
+  for (const char* host :
+       {"localhost", "localhost:8080", "gauge_1.example:", ":80", "127.0.0.1:443", "127.0.0.01", "[::1]:8080",
+        "[1:2:3:4:5:6:7::]", "[1:2:3:4:5:6:7:8]", "[::ffff:192.0.2.1]", "[::1].evil.example", "localhost:x.evil",
+        "[fe80::1%25eth0]", "x@localhost", "loc%61lhost"}) {
+    seeds.write("target", "host" + std::to_string(number++), host);
+  }
   seeds.write("head", "incomplete", "GET / HTTP/1.1\nHost: x\n\n");
   seeds.write("options", "empty", "{}");
   seeds.write("options", "all",

@@ -23,6 +23,25 @@ TEST_CASE("heap: threads that keep promises wait for memory as long as it takes"
   CHECK_THROWS_AS(handler(), std::bad_alloc);
 }
 
+TEST_CASE("heap: a start that waits for memory in vain is ended") {
+  struct Ended {};
+  server::wait_for_memory(std::chrono::milliseconds(0));
+  const std::new_handler handler = std::set_new_handler(nullptr);
+  server::end_start_without_memory([] { throw Ended(); });
+  const auto thrice = [&] {
+    for (int i = 0; i < 3; ++i) handler();
+  };
+  CHECK_THROWS_AS(thrice(), Ended);
+  {
+    const server::NeverFails never_fails;
+    CHECK_THROWS_AS(thrice(), Ended);
+    const server::MayFail may_fail;
+    CHECK_THROWS_AS(handler(), std::bad_alloc);
+  }
+  server::end_start_without_memory(nullptr);
+  CHECK_THROWS_AS(thrice(), std::bad_alloc);
+}
+
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #include <malloc.h>
 

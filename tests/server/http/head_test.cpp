@@ -55,14 +55,35 @@ TEST_CASE("head: which requests keep the connection open") {
 TEST_CASE("head: the absolute form of a target is accepted") {
   CHECK(accepted("GET http://host:80/healthz HTTP/1.1\r\nHost: x\r\n\r\n").path == "/healthz");
   CHECK(accepted("GET http://host HTTP/1.1\r\nHost: x\r\n\r\n").path == "/");
+  const Head head = accepted("GET HTTPS://host?x=/metrics HTTP/1.1\r\nHost: x\r\n\r\n");
+  CHECK(head.path == "/");
+  CHECK(head.query == "x=/metrics");
   CHECK(refusal_of("GET http://ho\nst/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
   CHECK(refusal_of("GET http://ho\x01st/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
+}
+
+TEST_CASE("head: a target that names its host replaces Host") {
+  CHECK(accepted("GET http://host:80/ HTTP/1.1\r\nHost: x\r\n\r\n").header("host") == "host:80");
+  CHECK(accepted("GET http://host/ HTTP/1.0\r\n\r\n").header("host") == "host");
+  CHECK(accepted("GET / HTTP/1.1\r\nHost: x\r\n\r\n").header("host") == "x");
+  CHECK(refusal_of("GET http://host/ HTTP/1.1\r\n\r\n") == ProblemKind::malformed_request);  // no Host
+}
+
+TEST_CASE("head: a Host that the grammar does not have is refused") {
+  for (const char* host : {"localhost:x.evil", "[::1].evil.example", "user@localhost", "a b", "::1", "a|b"}) {
+    INFO(host);
+    CHECK(refusal_of(std::string("GET / HTTP/1.1\r\nHost: ") + host + "\r\n\r\n") == ProblemKind::malformed_request);
+  }
+  CHECK(accepted("GET / HTTP/1.1\r\nHost:\r\n\r\n").header("host").empty());
+  CHECK(accepted("OPTIONS * HTTP/1.1\r\nHost: [::1]:8080\r\n\r\n").path == "*");
 }
 
 TEST_CASE("head: a malformed request line is refused") {
   for (const char* line :
        {"GET /", "GET", "", "GET  / HTTP/1.1", "GET / HTTP/1.1 ", "G\x01T / HTTP/1.1", "/ GET HTTP/1.1",
-        "GET example.org HTTP/1.1", "GET /a\tb HTTP/1.1", "GET /\xc3\xa9 HTTP/1.1", "GET /#x HTTP/1.1"}) {
+        "GET example.org HTTP/1.1", "GET example.org:80 HTTP/1.1", "CONNECT example.org:443 HTTP/1.1", "GET * HTTP/1.1",
+        "GET http://user@host/ HTTP/1.1", "GET http:///x HTTP/1.1", "GET /| HTTP/1.1", "GET /%zz HTTP/1.1",
+        "GET /a\tb HTTP/1.1", "GET /\xc3\xa9 HTTP/1.1", "GET /#x HTTP/1.1"}) {
     Head head;
     CHECK_MESSAGE(server::parse_head(std::string(line) + "\r\nHost: x\r\n\r\n", kLimit, head).has_value(), line);
   }

@@ -86,7 +86,9 @@ class Guarded {
 
 class RawClient {
  public:
-  explicit RawClient(int port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  // `room`: bytes that the kernel takes for it while it does not read; 0: as usual.
+  explicit RawClient(int port, int room = 0) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    if (room > 0) ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &room, sizeof room);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -106,6 +108,11 @@ class RawClient {
   }
   std::string read_to_end() const { return read_to("no answer ends like this"); }
   std::string read_head() const { return read_to("\r\n\r\n"); }
+  // Reads what has arrived, or waits for more. False: the other side has closed.
+  bool read_some() const {
+    std::vector<char> bytes(1 << 16);
+    return ::recv(socket_.get(), bytes.data(), bytes.size(), 0) > 0;
+  }
   bool is_open() const {
     char byte = 0;
     return ::recv(socket_.get(), &byte, 1, MSG_DONTWAIT | MSG_PEEK) != 0;
@@ -322,6 +329,30 @@ TEST_CASE("guard: a wake-up that comes before the response waits is kept") {
   client.send(kGet);
   CHECK(client.read_head().starts_with("HTTP/1.1 200 "));
   CHECK(asked == 2);
+}
+
+TEST_CASE("guard: a stream that is never read is ended, though the kernel takes more, and one that is read goes on") {
+  std::atomic<int> ended{0};
+  const auto stream = [](Exchange& exchange) {
+    exchange.response.quick = true;
+    exchange.response.stream = [](std::string& piece) {
+      piece = std::string(1000, 'x');
+      return std::optional(Clock::now() + 10ms);
+    };
+  };
+  const Guarded guarded(stream, [&](const Exchange& exchange) { ended += exchange.delivered ? 100 : 1; });
+  const RawClient reader(guarded.port()), sleeper(guarded.port(), 4096);
+  reader.send(kGet);
+  sleeper.send(kGet);
+  std::atomic<bool> over{false};
+  std::thread reading([&] {
+    while (!over && reader.read_some()) continue;
+  });
+  CHECK(eventually([&] { return ended != 0; }));
+  over = true;
+  reading.join();
+  CHECK(ended == 1);
+  CHECK(reader.is_open());
 }
 
 TEST_CASE("guard: the rest of a body that was refused for now is discarded, and the connection goes on") {

@@ -28,6 +28,7 @@ TEST_CASE("settings: the defaults are consistent") {
   CHECK(settings->workers >= 1);
   CHECK(settings->simd == supported_simd().front());
   CHECK(settings->parsers == settings->workers + 1);
+  CHECK(settings->handshake_threads >= 1);
 }
 
 TEST_CASE("settings: a parser's memory is derived from the limits on files, unless it is set") {
@@ -66,6 +67,10 @@ TEST_CASE("settings: contradictions and impossible values are refused") {
   CHECK(refused([](Settings& s) { s.io_threads = 1'000'000; }));
   CHECK(refused([](Settings& s) { s.io_threads = 0; }));
   CHECK(refused([](Settings& s) { s.status_port = 70'000; }));
+  CHECK(refused([](Settings& s) { s.handshake_threads = 5000; }));
+  CHECK(refused([](Settings& s) { s.max_handshakes_per_second = 0; }));
+  CHECK(refused([](Settings& s) { s.max_handshakes_per_second_per_peer = 0; }));
+  CHECK(refused([](Settings& s) { s.max_handshakes_per_second_per_peer = 1'000'001; }));
   CHECK(refused([](Settings& s) { s.max_timeout_ms = 180'001; }));
   CHECK(refused([](Settings& s) { s.default_timeout_ms = 180'000, s.max_timeout_ms = 1000; }));
   CHECK(refused([](Settings& s) { s.default_timeout_ms = 0; }));

@@ -125,9 +125,11 @@ TEST_CASE("writer: a database locked by another process is an error until it is 
 
 TEST_CASE("sqlite: a read that failed may pass, a damaged database does not") {
   const SQLite::Exception malformed("database disk image is malformed", SQLITE_CORRUPT);  // of both
-  CHECK(to_error(malformed, "x.sqlite", EIO).code == ErrorCode::storage_unavailable);
-  CHECK(to_error(malformed, "x.sqlite", EIO).message == "the database 'x.sqlite' cannot be read: Input/output error");
-  CHECK(to_error(malformed, "x.sqlite").code == ErrorCode::internal);
+  CHECK(to_error(malformed, EIO).code == ErrorCode::storage_unavailable);
+  CHECK(to_error(malformed, EIO).message == "the database cannot be read: Input/output error");
+  CHECK(to_error(malformed).code == ErrorCode::storage_damaged);
+  CHECK(to_error(malformed, 0, with_path("x.sqlite")).message ==
+        "the database 'x.sqlite' is damaged: database disk image is malformed");
 }
 
 TEST_CASE("readers: more threads than connections, and an error loses no connection") {

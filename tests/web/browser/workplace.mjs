@@ -34,6 +34,9 @@ export function workplace(make = () => ({}), { serve = [], browse = [plainPage] 
   return place;
 }
 
+// Of what takes long each day tries another part. Counted, so that parts take turns at the end of a month, too.
+export const day = Number(process.env.MESHGAUGE_SEED ?? Math.floor(Date.now() / 86_400_000));
+
 // A pair that runs until its timeout, however fast the machine is: a test that looks at a running comparison must never
 // find one that has ended. `four_point` works for minutes where the default strategy needs seconds.
 export const endlessMeshes = () => ({ "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)) });

@@ -168,6 +168,72 @@ TEST_CASE("embedded: a damaged database is refused by name") {
   }
 }
 
+namespace {
+
+// Neither takes a job nor says that it does, and names no path.
+void check_takes_nothing(EmbeddedForTests& stores, ErrorCode code) {
+  const Result<Inserted> inserted = stores.jobs().insert(new_job("ann", "lost"));
+  const Result<Done> checked = stores.jobs().check();
+  REQUIRE_FALSE(inserted.ok());
+  REQUIRE_FALSE(checked.ok());
+  for (const Error& error : {inserted.error(), checked.error()}) {
+    CAPTURE(error.message);
+    CHECK(error.code == code);
+    CHECK_FALSE(contains(error.message, stores.folder().path()));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("embedded: a database whose files are moved away or replaced takes nothing until they are back") {
+  EmbeddedForTests stores;
+  got(stores.jobs().insert(new_job("ann", "1")));
+  got(stores.jobs().check());
+  for (const char* const name : {"jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm"}) {
+    CAPTURE(name);
+    const std::string path = stores.folder() / (std::string("data/") + name), away = stores.folder() / "away";
+    fs::rename(path, away);
+    check_takes_nothing(stores, ErrorCode::storage_unavailable);
+    fs::copy_file(away, path);
+    check_takes_nothing(stores, ErrorCode::storage_unavailable);
+    fs::rename(away, path);
+    got(stores.jobs().check());
+    got(stores.jobs().insert(new_job("ann", name)));
+  }
+  stores.reopen();
+  for (const char* const id : {"1", "jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm"}) {
+    CHECK(got(stores.jobs().get({"ann", id})).has_value());
+  }
+  CHECK_FALSE(got(stores.jobs().get({"ann", "lost"})).has_value());
+}
+
+TEST_CASE("embedded: a database that is overwritten while it is open takes nothing, though its pages are in memory") {
+  EmbeddedForTests stores;
+  got(stores.jobs().insert(new_job("ann", "1")));
+  const std::string path = stores.folder() / "data/jobs.sqlite";
+  SUBCASE("its file") { std::fstream(path, std::ios::in | std::ios::out | std::ios::binary) << std::string(8192, 'x'); }
+  SUBCASE("its log") {
+    std::fstream(path + "-wal", std::ios::in | std::ios::out | std::ios::binary) << std::string(8192, 'x');
+  }
+  SUBCASE("its file is empty") { fs::resize_file(path, 0); }
+  check_takes_nothing(stores, ErrorCode::storage_damaged);
+}
+
+TEST_CASE("embedded: blobs are stored again after their folders were removed") {
+  EmbeddedForTests stores;
+  got(stores.blobs().put(key_of("ann", "x"), bytes_of("x")));
+  got(stores.blobs().check());
+  const std::string root = stores.folder() / "data/blobs";
+  fs::remove_all(fs::path(path_of(stores, key_of("ann", "x"))).parent_path().parent_path());
+  CHECK(got(stores.blobs().put(key_of("ann", "x"), bytes_of("x"))) == BlobPut::created);
+  CHECK(text_of(*got(stores.blobs().open(key_of("ann", "x")))) == "x");
+  fs::rename(root, root + "-away");
+  CHECK_FALSE(stores.blobs().check().ok());
+  fs::rename(root + "-away", root);
+  got(stores.blobs().check());
+  CHECK(fs::is_empty(root + "/incoming"));
+}
+
 TEST_CASE("write behind: while nothing can be written the newest records are held") {
   std::optional<ErrorCode> trouble = ErrorCode::storage_full;  // no record is given while it changes
   std::vector<std::string> written;
