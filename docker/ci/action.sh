@@ -81,7 +81,7 @@ run_container() {
 }
 
 flags=(--junit "$reports/junit.xml" --sarif "$sarif" --markdown "$summary" --comment "$comment" --html "$reports/report.html"
-  "--json=$reports/report.json" "--annotations=$annotations")
+  --pictures "$reports/pictures" "--json=$reports/report.json" "--annotations=$annotations")
 [[ -z ${INPUT_UNDECIDED:-} ]] || flags+=(--undecided "$INPUT_UNDECIDED")
 [[ -z ${INPUT_SERVER:-} ]] || flags+=(--server "$INPUT_SERVER")
 # The base's report, if the step before has found one; it is named by its commit, the end of the key.
@@ -94,7 +94,7 @@ done <<<"${INPUT_ARGUMENTS:-}"
 
 mkdir -p "$reports"
 # Files of an earlier step.
-rm -f "$summary" "$comment" "$sarif" "$log" "$annotations" "$reports"/{junit.xml,report.html,report.json}
+rm -rf "$summary" "$comment" "$sarif" "$log" "$annotations" "$reports"/{junit.xml,report.html,report.json,pictures}
 # Names of files and gates are a stranger's: until the word at the end, GitHub takes no line of the log for a command.
 word=$(od -An -N16 -tx1 /dev/urandom | tr -d ' \n')
 echo "::stop-commands::$word"

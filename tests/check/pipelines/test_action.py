@@ -74,8 +74,8 @@ class Verdicts(Runner):
                                         "sarif": "meshgauge-reports/meshgauge.sarif"})
         self.assertTrue(self.summary.read_text().startswith("## ✅ meshgauge: all gates hold\n"))
         self.assertEqual({file.name for file in (self.workspace / "meshgauge-reports").iterdir()},
-                         {"annotations.txt", "comment.md", "junit.xml", "log.txt", "meshgauge.sarif", "report.html", "report.json",
-                          "summary.md"})
+                         {"annotations.txt", "comment.md", "junit.xml", "log.txt", "meshgauge.sarif", "pictures", "report.html",
+                          "report.json", "summary.md"})
 
     def test_fail(self):
         self.assertEqual(self.use(broken=True, reports="out/of it"), 1, self.log)
@@ -297,8 +297,9 @@ class Script(unittest.TestCase):
         script = (ROOT / "docker/ci/action.sh").read_text()
         self.assertEqual(set(re.findall(r"\b(?:INPUT|ACTION)_[A-Z\d]+\b", script)) | {"MESHGAUGE_KEY"}, set(STEPS["check"]["env"]))
         script = (ROOT / "docker/ci/comment.py").read_text()
-        own = {"COMMENT_SECONDS", "COMMENT_PICTURES"}
-        self.assertEqual(set(re.findall(r"\bCOMMENT(?:_[A-Z]+)?\b", script)) - own, set(STEPS["comment"]["env"]))
+        self.assertEqual(set(re.findall(r"\bCOMMENT(?:_[A-Z]+)?\b", script)) - {"COMMENT_SECONDS"}, set(STEPS["comment"]["env"]))
+        script = (ROOT / "docker/ci/pictures.sh").read_text()
+        self.assertEqual(set(re.findall(r"\bPICTURES_[A-Z]+\b", script)), set(STEPS["pictures"]["env"]))
 
     def test_inputs_are_used_and_stand_in_no_command(self):
         used = set(re.findall(r"\binputs\.([\w-]+)", json.dumps(ACTION["runs"])))
@@ -306,6 +307,6 @@ class Script(unittest.TestCase):
         for step in STEPS.values():
             self.assertNotIn("${{", step.get("run", ""))
 
-    def test_no_step_but_the_last_has_the_token(self):
+    def test_no_step_that_runs_the_program_has_the_token(self):
         holders = [name for name, step in STEPS.items() if "inputs.token" in json.dumps(step)]
-        self.assertEqual(holders, ["comment"])
+        self.assertEqual(holders, ["pictures", "comment"])

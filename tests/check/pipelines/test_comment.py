@@ -4,6 +4,8 @@ import http.server
 import json
 import os
 import re
+import shutil
+import subprocess
 import threading
 import unittest
 
@@ -91,9 +93,9 @@ class Comment(Runner):
         self.summary.write_text("")
         self.outputs = {"verdict": verdict}
 
-    def comment(self, token=TOKEN, comment="auto", event_name="pull_request", manifest="gates.yaml", **more):
+    def comment(self, token=TOKEN, comment="auto", event_name="pull_request", manifest="gates.yaml", pictures="", **more):
         self.values = {"inputs.comment": comment, "inputs.token": token, "inputs.manifest": manifest, "inputs.reports": "meshgauge-reports",
-                       "steps.check.outputs.verdict": self.outputs["verdict"]}
+                       "steps.check.outputs.verdict": self.outputs["verdict"], "steps.pictures.outputs.address": pictures}
         event = self.top / "event.json"
         event.write_text(json.dumps(self.event))
         done = self.run_step("comment", **{
@@ -201,7 +203,7 @@ class Pictures(Comment):
         self.reported("\n### a\n\n<!-- picture: a.png -->\n\n### b\n\n<!-- picture: b~0.png -->\n\nx <!-- picture: a.png -->\n")
         (self.workspace / "meshgauge-reports/pictures").mkdir()
         (self.workspace / "meshgauge-reports/pictures/a.png").write_bytes(b"")
-        self.comment(COMMENT_PICTURES="https://pictures.example/x/")
+        self.comment(pictures="https://pictures.example/x/")
         (comment,) = self.github.comments
         self.assertIn("\n### a\n\n![a.png](https://pictures.example/x/a.png)\n\n### b\n\n\nx <!-- picture: a.png -->\n", comment["body"])
 
@@ -211,7 +213,7 @@ class Pictures(Comment):
         for i in range(12):
             (pictures / f"{i}.png").write_bytes(b"")
         self.reported("".join(f"<!-- picture: {i}.png -->\n" for i in range(12)))
-        self.comment(COMMENT_PICTURES="https://pictures.example")
+        self.comment(pictures="https://pictures.example")
         self.assertEqual(self.github.comments[0]["body"].count("!["), 10)
 
     def test_a_long_report_fits(self):
@@ -219,6 +221,86 @@ class Pictures(Comment):
         self.comment()
         self.assertLessEqual(len(self.github.comments[0]["body"]), 65_536)
         self.assertIn("has all reports", self.github.comments[0]["body"])
+
+
+@unittest.skipUnless(shutil.which("git"), "no git")
+class Branch(Comment):
+    """The branch of pictures, of a repository on this machine."""
+
+    def setUp(self):
+        super().setUp()
+        self.remote = self.top / "server" / REPOSITORY
+        self.remote.mkdir(parents=True)
+        self.git("init", "-q", "--bare", ".")
+        self.pictures = self.workspace / "meshgauge-reports/pictures"
+        self.pictures.mkdir(parents=True)
+
+    def git(self, *words):
+        return subprocess.run(["git", *words], cwd=self.remote, env=self.environment, check=True, text=True,
+                              stdout=subprocess.PIPE).stdout
+
+    def put(self, *names, pull=7, run=1, branch="meshgauge-pictures", manifest="gates.yaml"):
+        """What the step does with these pictures. Returns the address for the comment, "" if there is none, and sets self.said."""
+        self.reported("".join(f"<!-- picture: {name} -->\n" for name in names))
+        for name in names:
+            (self.pictures / name).write_bytes(f"{name} of {run}".encode())
+        self.values = {"inputs.pictures-branch": branch, "inputs.token": TOKEN, "inputs.manifest": manifest,
+                       "github.event.pull_request.number": str(pull), "inputs.reports": "meshgauge-reports"}
+        output = self.top / "output"
+        output.write_text("")
+        done = self.run_step("pictures", GITHUB_SERVER_URL=f"file://{self.top}/server", GITHUB_REPOSITORY=REPOSITORY, GITHUB_RUN_ID=str(run),
+                             GITHUB_OUTPUT=str(output))
+        self.assertEqual(done.returncode, 0)
+        self.said = done.stdout + done.stderr
+        self.assertNotIn(TOKEN, self.said)
+        return dict(line.split("=", 1) for line in output.read_text().splitlines()).get("address", "")
+
+    def files(self, branch="meshgauge-pictures"):
+        return self.git("ls-tree", "-r", "--name-only", branch).split()
+
+    def test_a_commit_of_the_last_run_of_each_manifest(self):
+        address = self.put("a.png", "b~0.png")
+        place = address.removeprefix(f"file://{self.top}/server/{REPOSITORY}/raw/meshgauge-pictures/")
+        self.assertRegex(place, r"^7-\d+/1-1$")
+        self.assertEqual(self.files(), [f"{place}/a.png", f"{place}/b~0.png"])
+        self.put("a.png", run=2, manifest="other.yaml")
+        self.put("a.png", run=3)
+        self.put("a.png", run=4, pull=8)
+        self.assertEqual(sorted(file.partition("/")[2] for file in self.files()), ["2-1/a.png", "3-1/a.png", "4-1/a.png"])
+        self.assertEqual(self.git("rev-list", "--count", "meshgauge-pictures").strip(), "1")
+        (one,) = [file for file in self.files() if "/3-1/" in file]
+        self.assertEqual(self.git("show", f"meshgauge-pictures:{one}"), "a.png of 3")
+
+    def test_the_oldest_pull_requests_go(self):
+        for pull in (40, 5, 100):
+            self.put("a.png", pull=pull)
+        for pull in range(200, 228):
+            self.put("a.png", pull=pull)
+        kept = {file.split("-")[0] for file in self.files()}
+        self.assertEqual(len(kept), 30)
+        self.assertNotIn("5", kept)
+        self.assertIn("40", kept)
+
+    def test_another_branch_is_left_alone(self):
+        tree = self.git("write-tree").strip()
+        commit = self.git("commit-tree", "-m", "work", tree).strip()
+        self.git("update-ref", "refs/heads/main", commit)
+        self.assertEqual(self.put("a.png", branch="main"), "")
+        self.assertIn("has something else", self.said)
+        self.assertEqual(self.git("rev-parse", "main").strip(), commit)
+
+    def test_names_that_are_no_branch_and_no_picture(self):
+        for branch in ("-f", "a b", "a..b", "$(touch pwned)", "x:y", "../x"):
+            self.assertEqual(self.put("a.png", branch=branch), "", branch)
+            self.assertIn("no name of a branch", self.said)
+        self.assertEqual(self.put(), "")
+        self.assertIn("there are none", self.said)
+        self.assertFalse([*self.top.rglob("pwned")])
+
+    def test_a_branch_that_cannot_be_written(self):
+        shutil.rmtree(self.remote)
+        self.assertEqual(self.put("a.png"), "")
+        self.assertIn("contents: write", self.said)
 
 
 class Trouble(Comment):
