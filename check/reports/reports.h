@@ -28,8 +28,8 @@ inline constexpr std::size_t kMarkdownBytes = 900'000;
 std::string to_markdown(const Report& report, std::size_t max_bytes = kMarkdownBytes);
 
 // The same for a comment on a pull request. Of gates that do not pass, limits that are kept are in the fold. Behind the
-// advice of each measured one stands `<!-- picture: NAME -->`, NAME by picture_name() (check/picture_name.h), which is not
-// shown, for a link to the picture where there is one.
+// advice of each measured one stands `<!-- picture: NAME -->`, which is not shown, for a link to the picture where
+// there is one; NAME is that of check/picture_name.h.
 inline constexpr std::size_t kCommentBytes = 60'000;  // GitHub takes 65,536 characters
 std::string to_comment(const Report& report, std::size_t max_bytes = kCommentBytes);
 
