@@ -150,7 +150,7 @@ struct Report {
   std::string version;       // of meshgauge
   // URLs of the pages of batches that a service measured, in the form of Measured::link. May be empty.
   std::vector<std::string> batches;
-  std::optional<Earlier> since{};  // what reports tell changes from
+  std::optional<Earlier> since{};         // what reports tell changes from
   std::optional<RevisionName> against{};  // whose baselines they are; nullopt: those of the work tree
 
   std::size_t count(Verdict verdict) const;

@@ -220,10 +220,9 @@ void declare(CLI::App& command, CheckFlags& flags) {
               "Measure, then copy the candidate of each gate that does not pass over its baseline; =all: of every "
               "gate, without measuring; =missing: only where there is no baseline")
           ->check(CLI::IsMember({kUpdateDiffering, kUpdateAll, kUpdateMissing}));
-  for (const char* unheard :
-       {"--json", "--junit", "--sarif", "--markdown", "--comment", "--since", "--annotations", "--code-quality",
-        "--html", "--pictures", "--deviation", "--history", "--server", "--statistics", "--samples", "--seed", "--fast",
-        "--undecided"}) {
+  for (const char* unheard : {"--json", "--junit", "--sarif", "--markdown", "--comment", "--since", "--annotations",
+                              "--code-quality", "--html", "--pictures", "--deviation", "--history", "--server",
+                              "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
     update->excludes(command.get_option(unheard));  // these flags are about a report
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);

@@ -46,9 +46,8 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::digest_mismatch, "digest-mismatch", "The bytes do not have the SHA-256 of the path", 422,
      "The bytes that were sent do not have the SHA-256 that the path names. Compute the digest of the bytes as they "
      "are sent."},
-    {ProblemKind::idempotency_key_reused, "idempotency-key-reused",
-     "The Idempotency-Key was used for another request", 422,
-     "An earlier request with this Idempotency-Key was a different one. Take a new key for a new request."},
+    {ProblemKind::idempotency_key_reused, "idempotency-key-reused", "The Idempotency-Key was used for another request",
+     422, "An earlier request with this Idempotency-Key was a different one. Take a new key for a new request."},
     {ProblemKind::unknown_mesh, "unknown-mesh", "A mesh of the comparison is not stored", 422,
      "The comparison names a mesh that is not stored here. Store it first: PUT /v1/meshes/ and its SHA-256."},
     {ProblemKind::mesh_gone, "mesh-gone", "A mesh of the comparison is no longer stored", 410,
@@ -72,16 +71,20 @@ constexpr ProblemRow kTable[] = {
      "This process of the service is stopping. Send the request again: another one may answer."},
     {ProblemKind::invalid_request, "invalid-request", "The options are invalid", 422,
      "An option has a value that it cannot have, or one that does not fit another option. The answer names each by a "
-     "JSON pointer.", ErrorCode::invalid_request},
+     "JSON pointer.",
+     ErrorCode::invalid_request},
     {ProblemKind::unit_conflict, "unit-conflict", "The units of the meshes and the limit do not fit", 422,
      "A limit has a unit and a mesh has none that is known, or the meshes have different units and the limit has "
-     "none. Say the units in the options.", ErrorCode::unit_conflict},
+     "none. Say the units in the options.",
+     ErrorCode::unit_conflict},
     {ProblemKind::unsupported_format, "unsupported-format", "The file format is not supported", 415,
      "The file is no mesh, or one of a format or a kind that is not read. Export it as OBJ, STL, PLY, OFF, glTF, GLB "
-     "or 3MF.", ErrorCode::unsupported_format},
+     "or 3MF.",
+     ErrorCode::unsupported_format},
     {ProblemKind::unreadable_mesh, "unreadable-mesh", "The mesh file is malformed", 422,
      "The file begins like a known format and does not follow it: it is damaged or cut, or its writer has a defect. "
-     "The answer names the line or the byte. Write the file again.", ErrorCode::unreadable_mesh},
+     "The answer names the line or the byte. Write the file again.",
+     ErrorCode::unreadable_mesh},
     {ProblemKind::empty_mesh, "empty-mesh", "The mesh has no triangles", 422,
      "The file has no triangles, so there is no surface to measure.", ErrorCode::empty_mesh},
     {ProblemKind::non_finite_vertex, "non-finite-vertex", "A coordinate is NaN or infinite", 422,
