@@ -27,6 +27,7 @@
 #include "check/manifest/baselines.h"
 #include "check/outcome.h"
 #include "check/remote.h"
+#include "check/reports/earlier.h"
 #include "check/reports/history.h"
 #include "check/reports/reports.h"
 #include "check/reports/wording.h"
@@ -77,8 +78,9 @@ bool put(const std::string& text, std::FILE* out) {
   return std::fwrite(text.data(), 1, text.size(), out) == text.size() && std::fflush(out) == 0;
 }
 
-Result<Done> write_to(const std::string& flag, const std::string& where, const std::string& text) {
-  if (where == "-") return put(text, stdout) ? Result<Done>(Done{}) : failed(flag, where);
+// `stream`: what "-" is; standard error may be closed.
+Result<Done> write_to(const std::string& flag, const std::string& where, std::FILE* stream, const std::string& text) {
+  if (where == "-") return put(text, stream) || stream == stderr ? Result<Done>(Done{}) : failed(flag, where);
   const std::unique_ptr<std::FILE, Closed> file(std::fopen(where.c_str(), "we"));
   if (!file || !put(text, file.get())) return failed(flag, where);
   return Done{};
@@ -100,9 +102,9 @@ class ReportFiles {
  public:
   using Write = std::function<std::string(const Report&)>;
 
-  // `where`: a file, "-" for standard output, or empty: not wanted. `flag` names it in messages.
-  void add(const std::string& flag, const std::string& where, Write write) {
-    if (!where.empty()) entries_.push_back({flag, where, std::move(write)});
+  // `where`: a file, "-" for `stream`, or empty: not wanted. `flag` names it in messages.
+  void add(const std::string& flag, const std::string& where, Write write, std::FILE* stream = stdout) {
+    if (!where.empty()) entries_.push_back({flag, where, std::move(write), stream});
   }
 
   // Checks before measuring and adds all files to `places`. Errors: two reports for standard output, a report over a
@@ -111,6 +113,7 @@ class ReportFiles {
     const Entry* on_stdout = nullptr;
     for (const Entry& entry : entries_) {
       if (entry.where == "-") {
+        if (entry.stream != stdout) continue;
         if (on_stdout)
           return unwritable(entry.flag, entry.where, "is used by " + on_stdout->flag + " already: name a file");
         on_stdout = &entry;
@@ -124,14 +127,14 @@ class ReportFiles {
 
   // Whether nothing else may be printed there.
   bool to_stdout() const {
-    return std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return entry.where == "-"; });
+    return std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return entry.is_on_stdout(); });
   }
 
   // Writes all reports, also after a failure. Returns the first Error.
   Result<Done> write(const Report& report) const {
     Result<Done> all = Done{};
     for (const Entry& entry : entries_) {
-      auto written = write_to(entry.flag, entry.where, entry.write(report));
+      auto written = write_to(entry.flag, entry.where, entry.stream, entry.write(report));
       if (!written && all) all = std::move(written);
     }
     return all;
@@ -141,6 +144,9 @@ class ReportFiles {
   struct Entry {
     std::string flag, where;
     Write write;
+    std::FILE* stream;
+
+    bool is_on_stdout() const { return where == "-" && stream == stdout; }
   };
   std::vector<Entry> entries_;
 };
@@ -152,8 +158,13 @@ ReportFiles reports_of(const CheckFlags& flags, const Pictures& pictures) {
   reports.add("--junit", flags.junit, [](const Report& report) { return check::to_junit(report); });
   reports.add("--sarif", flags.sarif, check::to_sarif);
   reports.add("--markdown", flags.markdown, [](const Report& report) { return check::to_markdown(report); });
+  reports.add("--comment", flags.comment, [](const Report& report) { return check::to_comment(report); });
   reports.add("--code-quality", flags.code_quality, check::to_code_quality);
   reports.add("--html", flags.html, [&pictures](const Report& report) { return check::to_html(report, pictures); });
+  const char* repository = std::getenv("GITHUB_WORKSPACE");
+  const std::string top = repository ? repository : "";
+  const auto annotations = [top](const Report& report) { return check::to_annotations(report, top); };
+  reports.add("--annotations", place_of_annotations(flags), annotations, stderr);
   return reports;
 }
 
@@ -162,6 +173,7 @@ Places inputs_of(const CheckFlags& flags, const Gates& gates) {
   if (flags.files.size() == 1) places.reads(flags.files[0], "the manifest");
   if (!flags.key_file.empty()) places.reads(flags.key_file, "the service's key");
   if (!flags.ca_file.empty()) places.reads(flags.ca_file, "the certificates to trust");
+  if (!flags.since.empty()) places.reads(flags.since, "the report of an earlier run");
   for (const check::Gate& gate : gates) {
     places.reads(gate.candidate, "the candidate of the gate '" + gate.name + "'");
     places.reads(gate.baseline, "the baseline of the gate '" + gate.name + "'");
@@ -346,6 +358,13 @@ Result<Done> keep(std::optional<check::History>& history, Report& report) {
   return history->keep(api::to_utc(std::chrono::system_clock::now()), check::commit_of_pipeline(), report);
 }
 
+// What cannot be read is said, and changes neither verdict nor exit code.
+check::Earlier earlier_run_of(const CheckFlags& flags) {
+  check::Earlier earlier = check::earlier_run(flags.since);
+  if (!earlier.problem.empty()) fail_on_one_line("--since: " + earlier.problem);
+  return earlier;
+}
+
 // Reads those of two mesh files that are pipes.
 Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
   if (flags.files.size() != 2) return Done{};
@@ -387,6 +406,7 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   Report report = measure(flags, gates, *parts, interrupts);
   if (*revision) report.against = (*revision)->name();
   const auto kept = keep(*history, report);
+  if (!flags.since.empty()) report.since = earlier_run_of(flags);
   pictures = draw_passing(flags, report, *parts, interrupts);
   int exit_code = tell(flags, report, reports, *parts->extras);
   if (!kept) exit_code = fail_on_one_line(kept.error().message);

@@ -1,6 +1,7 @@
 #include "cli/check_flags.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <initializer_list>
 #include <iterator>
 #include <span>
@@ -164,6 +165,14 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
                      "Write the report as JUnit XML; '-' is standard output, as for all reports");
   command.add_option("--sarif", flags.sarif, "Write the report as SARIF 2.1.0");
   command.add_option("--markdown", flags.markdown, "Write the report as Markdown, for a job summary");
+  command.add_option("--comment", flags.comment,
+                     "Write the report as Markdown for a comment on a pull request, at most 60 kB");
+  command.add_option("--since", flags.since,
+                     "Say in --markdown and --comment what changed since this report of --json, of an earlier run");
+  command.add_flag("--annotations{-}", flags.annotations,
+                   "Write GitHub's annotations to standard error, or to --annotations=FILE; on by default where the "
+                   "variable GITHUB_ACTIONS is 'true'");
+  command.add_flag("--no-annotations", flags.no_annotations, "Write no annotations")->excludes("--annotations");
   command.add_option("--code-quality", flags.code_quality, "Write the report as GitLab's Code Quality JSON");
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
   command.add_option("--pictures", flags.pictures,
@@ -211,9 +220,9 @@ void declare(CLI::App& command, CheckFlags& flags) {
               "Measure, then copy the candidate of each gate that does not pass over its baseline; =all: of every "
               "gate, without measuring; =missing: only where there is no baseline")
           ->check(CLI::IsMember({kUpdateDiffering, kUpdateAll, kUpdateMissing}));
-  for (const char* unheard :
-       {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--pictures", "--deviation",
-        "--history", "--server", "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
+  for (const char* unheard : {"--json", "--junit", "--sarif", "--markdown", "--comment", "--since", "--annotations",
+                              "--code-quality", "--html", "--pictures", "--deviation", "--history", "--server",
+                              "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
     update->excludes(command.get_option(unheard));  // these flags are about a report
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
@@ -245,6 +254,12 @@ Asked gates_asked(const CheckFlags& flags) {
   if (asked.gates.empty() && asked.mistakes.empty())
     asked.mistakes.push_back({0, 0, "the manifest has no gate to check"});
   return asked;
+}
+
+std::string place_of_annotations(const CheckFlags& flags) {
+  if (flags.no_annotations || !flags.annotations.empty()) return flags.no_annotations ? "" : flags.annotations;
+  const char* on_github = std::getenv("GITHUB_ACTIONS");
+  return on_github && std::string_view(on_github) == "true" ? "-" : "";
 }
 
 check::Undecided undecided_rule(const CheckFlags& flags) {

@@ -24,7 +24,10 @@ struct CheckFlags {
   double jobs = 0;
   std::string undecided;
 
-  std::string json, junit, sarif, markdown, code_quality, html, pictures, deviation, history;
+  std::string json, junit, sarif, markdown, comment, code_quality, html, pictures, deviation, history;
+  std::string annotations;  // a file, or "-": standard error
+  bool no_annotations = false;
+  std::string since;  // the report of an earlier run
   bool map_normals = false;
   bool quiet = false;
   bool no_colour = false;
@@ -56,6 +59,10 @@ struct Asked {
   std::vector<std::string> explanation{};  // further lines for the terminal
 };
 Asked gates_asked(const CheckFlags& flags);
+
+// Where annotations are written: as CheckFlags::annotations; without the flag to standard error where GITHUB_ACTIONS is
+// "true". Empty: nowhere.
+std::string place_of_annotations(const CheckFlags& flags);
 
 check::Undecided undecided_rule(const CheckFlags& flags);
 

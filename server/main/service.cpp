@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "server/base/heap.h"
+#include "server/handlers/problems.h"
 #include "server/http/descriptors.h"
 #include "server/main/wiring.h"
 #include "server/measure/map_cache.h"
@@ -77,6 +78,9 @@ void Service::add_page_routes() {
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
   add("/openapi.yaml", send_description);
+  add("/gates.schema.json", send_gates_schema);
+  add("/problems", list_problems);
+  add("/problems/{}", show_problem);
   add("/docs", show_reference);
   add("/docs/{}", send_reference_file);
 }

@@ -295,7 +295,7 @@ class Proxy(unittest.TestCase):
         # Slightly above the limit: a socket takes it in one piece.
         status, headers, body = self.post(SQUARE + b"#" * 100000)
         self.assertEqual((status, headers["Content-Type"]), (413, "application/problem+json"))
-        self.assertEqual(json.loads(body)["type"], "urn:meshgauge:problem:too-large")
+        self.assertEqual(json.loads(body)["type"], "/problems/too-large")
 
     def test_a_refusal_of_the_service_comes_through(self):
         status, headers, _ = self.post(b"v 0 0 nan\n")

@@ -110,6 +110,40 @@ class Reports(Workplace):
             self.assertIn("bad", text[flag])
         self.assertIn("data:image/png", text["--html"])  # pictures of the meshes, too
 
+    def test_annotations_are_written_where_github_runs_it(self):
+        pair = ("flat.obj", "raised.obj", *self.LIMIT)
+        github = {"GITHUB_ACTIONS": "true", "GITHUB_WORKSPACE": str(self.folder)}
+        result = self.exits(1, *pair, "--json", environment=github)
+        json.loads(result.stdout)
+        (line,) = [line for line in result.stderr.splitlines() if line.startswith("::")]
+        self.assertTrue(line.startswith("::error file=flat.obj,line=1,title=meshgauge%3A flat.obj::Gate 'flat.obj': the distance"), line)
+        self.assertNotIn("::error", self.exits(1, *pair, "--no-annotations", environment=github).stderr)
+        for elsewhere in ({}, {"GITHUB_ACTIONS": ""}, {"GITHUB_ACTIONS": "false"}):
+            self.assertNotIn("::error", self.exits(1, *pair, environment=elsewhere).stderr)
+        self.assertIn("\n::error ", self.exits(1, *pair, "--annotations").stderr)
+        self.assertNotIn("::error", self.exits(1, *pair, "--annotations=log").stderr)
+        self.assertEqual((self.folder / "log").read_text(), line + "\n")
+        self.manifest([("part", "flat.obj", "raised.obj", 1)])
+        (self.folder / "sub").mkdir()
+        result = self.exits(1, "sub/../gates.yaml", environment=github)
+        self.assertIn("\n::error file=gates.yaml,line=3,title=", result.stderr)
+        wrong = self.manifest([("part", "none.obj", "raised.obj", "1 parsec")])
+        self.assertIn("\n::error file=gates.yaml,line=", self.exits(3, wrong, environment=github).stderr)
+
+    def test_what_changed_since_an_earlier_run(self):
+        self.manifest([("part", "flat.obj", "raised.obj", 3)])
+        self.exits(0, "gates.yaml", "--json=before.json")
+        self.manifest([("part", "flat.obj", "raised.obj", 1)])
+        self.exits(1, "gates.yaml", "--since", "before.json", "--markdown", "r.md", "--comment", "c.md")
+        for name in ("r.md", "c.md"):
+            self.assertRegex((self.folder / name).read_text(), r"\nChanged since `before`:\n\n.*\n.*\n\| `part` \| pass, .* \| fail, .* \|\n")
+        self.file("bad.json", "{")
+        for name in ("bad.json", "none.json"):
+            result = self.exits(1, "gates.yaml", "--since", name, "--comment", "c.md")
+            self.assertIn("meshgauge: --since: '%s'" % name, result.stderr)
+            self.assertIn("is not known", (self.folder / "c.md").read_text())
+        self.fails("gates.yaml", "--since", "before.json", "--json=before.json", saying="is the report of an earlier run")
+
     def test_two_reports_cannot_share_a_place(self):
         self.fails("flat.obj", "raised.obj", *self.LIMIT, "--json", "--markdown", "-", saying="--markdown")
         self.fails("flat.obj", "raised.obj", *self.LIMIT, "--json=x", "--sarif", "x", saying="--sarif")

@@ -208,7 +208,7 @@ TEST_CASE("guard: a problem releases the stream or file that was started before 
   CHECK(answer.starts_with("HTTP/1.1 500 "));
   CHECK(has(answer, "\r\nContent-Type: application/problem+json\r\n"));
   CHECK(has(answer, "\r\nContent-Length: "));
-  CHECK(has(answer, "urn:meshgauge:problem:internal") == (method == "GET"));
+  CHECK(has(answer, "/problems/internal") == (method == "GET"));
   CHECK_FALSE(has(answer, "begun"));
   CHECK(held == 0);
 }
@@ -241,7 +241,7 @@ TEST_CASE("guard: a request that is arriving at shutdown gets shutting-down, not
   guarded.end();
   const std::string answer = client.read_to_end();
   CHECK(answer.starts_with("HTTP/1.1 503 "));
-  CHECK(has(answer, "urn:meshgauge:problem:shutting-down"));
+  CHECK(has(answer, "/problems/shutting-down"));
   CHECK(has(answer, "the service shut down before the " + what + " had arrived"));
   CHECK(has(answer, "\r\nRetry-After: 1\r\n"));
 }
