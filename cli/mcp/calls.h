@@ -55,7 +55,7 @@ class Calls {
 
   void serve();
   void run(Call& call);  // counts in running_ already
-  void stop();  // precondition: mutex_ is held
+  void stop();           // precondition: mutex_ is held
 
   const Most most_;
   mutable std::mutex mutex_;  // guards the members below

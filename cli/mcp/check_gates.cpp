@@ -170,9 +170,12 @@ ToolAnswer run_gates(const Context& context, ToolCall& call) {
 }  // namespace
 
 constinit const Tool kCheckGates{
-    "check_gates", "Check all gates of a manifest",
+    "check_gates",
+    "Check all gates of a manifest",
     "Runs the quality gate `meshgauge check`: measures each candidate of a gates.yaml against its baseline and judges "
     "it by its limits. Says which gates pass, which fail, where, and what to do.",
-    gates_input, gates_output, run_gates};
+    gates_input,
+    gates_output,
+    run_gates};
 
 }  // namespace meshgauge::mcp

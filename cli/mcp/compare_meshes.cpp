@@ -35,9 +35,9 @@ namespace {
 constexpr std::chrono::milliseconds kTellEvery{250};
 
 // Members of a result document that an answer has, too, where the document has them.
-constexpr const char* kKept[] = {"verdict", "foremost",  "criteria", "distance", "unit",  "direction",    "status",
-                                 "notes",   "alignment", "regions",  "areas",    "sides", "share_beyond", "statistics",
-                                 "meshes"};
+constexpr const char* kKept[] = {"verdict",   "foremost", "criteria",     "distance",   "unit",
+                                 "direction", "status",   "notes",        "alignment",  "regions",
+                                 "areas",     "sides",    "share_beyond", "statistics", "meshes"};
 
 struct Asked {
   MeshArgument a, b;
@@ -58,8 +58,9 @@ Json compare_output() {
   const Json number_or_null = {"number", "null"}, text_or_null = {"string", "null"};
   const Json interval = {
       {"type", "object"},
-      {"properties", {{"lower", schema_of("number", "The distance is at least this")},
-                      {"upper", schema_of(number_or_null, "The distance is at most this; null: no bound is known")}}},
+      {"properties",
+       {{"lower", schema_of("number", "The distance is at least this")},
+        {"upper", schema_of(number_or_null, "The distance is at most this; null: no bound is known")}}},
       {"required", {"lower", "upper"}}};
   Json schema{{"type", "object"}, {"properties", Json::object()}};
   Json& found = schema["properties"];
@@ -272,10 +273,13 @@ ToolAnswer run_compare(const Context& context, ToolCall& call) {
 }  // namespace
 
 constinit const Tool kCompareMeshes{
-    "compare_meshes", "Compare two meshes",
+    "compare_meshes",
+    "Compare two meshes",
     "Measures how far apart two triangle meshes are (the Hausdorff distance) as an interval that is certain, and "
     "judges it by limits: pass, fail or undecided. Names the point that is farthest off and shows it in a picture. Use "
     "it to check a generated or changed part against a reference.",
-    compare_input, compare_output, run_compare};
+    compare_input,
+    compare_output,
+    run_compare};
 
 }  // namespace meshgauge::mcp

@@ -44,8 +44,9 @@ Json inspect_output() {
   found["bbox"] = schema_of("object", "The box along the axes: its corners low and high");
   found["diagonal"] = schema_of("number", "The length of the box's diagonal");
   found["area"] = schema_of({"number", "null"}, "The area of the surface, rounded; null: too large for a number");
-  found["topology"] = schema_of("object", "watertight, oriented, components, open edges and others; volume: certified "
-                                          "bounds, null where the mesh is not watertight and oriented");
+  found["topology"] = schema_of("object",
+                                "watertight, oriented, components, open edges and others; volume: certified "
+                                "bounds, null where the mesh is not watertight and oriented");
   found["groups"] = schema_of("array", "Names of groups, which may be regions of a comparison; at most 64 of them");
   found["notes"] = schema_of("array", "What was left out, merged or not read");
   schema["required"] = {"format", "unit", "vertices", "triangles", "bbox", "area", "topology", "notes"};
@@ -119,8 +120,8 @@ ToolAnswer run_inspect(const Context& context, ToolCall& call) {
   const auto file = GivenMesh::open(std::move(asked.mesh), "mesh", *context.confines);
   if (!file) return failure(file.error());
   call.control.set_deadline(Control::Clock::now() + context.times.max_timeout);
-  const auto mesh = api::prepare(api::load(file->input(), context.confines->limits), file->input(),
-                                 Prepared::Use::once, call.control);
+  const auto mesh = api::prepare(api::load(file->input(), context.confines->limits), file->input(), Prepared::Use::once,
+                                 call.control);
   if (!mesh) return failure(mesh.error());
   const auto topology = (*mesh)->topology([&] { return call.control.check() != Interruption::none; });
   if (!topology) return failure(api::not_in_time(call.control.check(), "'" + file->name() + "' was examined"));
@@ -136,9 +137,12 @@ ToolAnswer run_inspect(const Context& context, ToolCall& call) {
 }  // namespace
 
 constinit const Tool kInspectMesh{
-    "inspect_mesh", "Inspect a mesh",
+    "inspect_mesh",
+    "Inspect a mesh",
     "Reads one mesh file and says what it is: triangles, box, area, whether it is watertight and oriented, components, "
     "certified volume, unit, groups, and what was not read of it.",
-    inspect_input, inspect_output, run_inspect};
+    inspect_input,
+    inspect_output,
+    run_inspect};
 
 }  // namespace meshgauge::mcp

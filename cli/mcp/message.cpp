@@ -66,8 +66,7 @@ Received read_message(std::string_view line) {
   if (auto refusal = parse(line, message)) return *std::move(refusal);
   if (message.is_array())
     return Refusal{kInvalidMessage, "batches are not part of this protocol: send each message on a line of its own"};
-  if (!message.is_object())
-    return Refusal{kInvalidMessage, "a message must be an object, not " + api::shown(message)};
+  if (!message.is_object()) return Refusal{kInvalidMessage, "a message must be an object, not " + api::shown(message)};
   return read_object(message);
 }
 

@@ -66,22 +66,13 @@ Json option_schema(const api::Option& option) {
 
 }  // namespace
 
-constinit const api::Surface kToolOptions{api::Surface::python,
-                                          pointer_in_options,
-                                          "option",
-                                          "an object",
-                                          "an array",
-                                          "null",
-                                          "a",
-                                          "b",
-                                          "a_to_b",
-                                          "b_to_a"};
+constinit const api::Surface kToolOptions{
+    api::Surface::python, pointer_in_options, "option", "an object", "an array", "null", "a", "b", "a_to_b", "b_to_a"};
 
 Json options_schema() {
   Json properties = Json::object();
   for (const api::Option* option : api::all_options()) {
-    if ((option->surfaces & api::Surface::python) != 0)
-      properties[std::string(option->key)] = option_schema(*option);
+    if ((option->surfaces & api::Surface::python) != 0) properties[std::string(option->key)] = option_schema(*option);
   }
   Json schema = object_schema(std::move(properties), {});
   schema["description"] =

@@ -118,8 +118,8 @@ void Session::take(Request request, std::size_t bytes) {
                     request.id);
     return send_(answer_line(request.id, initialized(asked->get<std::string>())));
   }
-  refuse(kUnknownMethod,
-         "there is no method " + api::shown_text(request.method) + "; known: " + api::listed(kMethods), request.id);
+  refuse(kUnknownMethod, "there is no method " + api::shown_text(request.method) + "; known: " + api::listed(kMethods),
+         request.id);
 }
 
 void Session::notified(const Request& request) {
@@ -147,8 +147,7 @@ void Session::call_tool(Request request, std::size_t bytes) {
     if (!control.cancelled()) send_(answer);
   });
   if (begun == Calls::Begun::same_id) refuse(kInvalidMessage, "a call with the id " + id + " is still running", id);
-  if (begun == Calls::Begun::too_many)
-    refuse(kBusy, "too many calls at once: wait for an answer, then call again", id);
+  if (begun == Calls::Begun::too_many) refuse(kBusy, "too many calls at once: wait for an answer, then call again", id);
 }
 
 std::string Session::answer_of(const Tool& tool, Request& request, Control& control) const {

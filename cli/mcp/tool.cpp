@@ -65,16 +65,8 @@ void read_mesh_name(const nlohmann::json& value, const std::string& at, api::Rea
 
 }  // namespace
 
-constinit const api::Surface kArguments{api::Surface::python,
-                                        pointer_itself,
-                                        "argument",
-                                        "an object",
-                                        "an array",
-                                        "null",
-                                        "a",
-                                        "b",
-                                        "a_to_b",
-                                        "b_to_a"};
+constinit const api::Surface kArguments{
+    api::Surface::python, pointer_itself, "argument", "an object", "an array", "null", "a", "b", "a_to_b", "b_to_a"};
 
 void put_first(Json& criteria, const Json& name) {
   auto& all = criteria.get_ref<Json::array_t&>();
@@ -108,12 +100,13 @@ Json schema_of(const Json& type, std::string_view description) {
 }
 
 Json mesh_schema(std::string_view description) {
-  Json schema = object_schema(
-      {{"path", schema_of("string", "A file below a root: absolute, or relative to the root. No '..', no symbolic "
-                                    "links. OBJ, STL, PLY, OFF, glTF, GLB, 3MF or XYZ, also gzip-compressed")},
-       {"base64", schema_of("string", "In place of a path: the file's bytes, as base64")},
-       {"name", schema_of("string", "Beside base64: the file's name, such as part.stl")}},
-      {});
+  Json schema =
+      object_schema({{"path", schema_of("string",
+                                        "A file below a root: absolute, or relative to the root. No '..', no symbolic "
+                                        "links. OBJ, STL, PLY, OFF, glTF, GLB, 3MF or XYZ, also gzip-compressed")},
+                     {"base64", schema_of("string", "In place of a path: the file's bytes, as base64")},
+                     {"name", schema_of("string", "Beside base64: the file's name, such as part.stl")}},
+                    {});
   schema["description"] = description;
   return schema;
 }
@@ -125,8 +118,7 @@ MeshArgument read_mesh_argument(const nlohmann::json& value, const std::string& 
       {"base64", [&](const auto& v, const std::string& place) { read_base64(v, place, reading, mesh); }},
       {"name", [&](const auto& v, const std::string& place) { read_mesh_name(v, place, reading, mesh); }}};
   if (!reading.members(value, members, at)) return mesh;
-  if (value.contains("path") == value.contains("base64"))
-    reading.refuse(at, "must have a path or base64, one of both");
+  if (value.contains("path") == value.contains("base64")) reading.refuse(at, "must have a path or base64, one of both");
   if (value.contains("path") && value.contains("name"))
     reading.refuse(at + "/name", "goes with base64: a path has a name already");
   return mesh;

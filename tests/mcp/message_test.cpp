@@ -34,7 +34,7 @@ TEST_CASE("message: requests and notifications") {
   CHECK(as_read(R"({"jsonrpc":"2.0","id":1,"method":"ping"})") == "1 ping {}");
   CHECK(as_read(R"({"jsonrpc":"2.0","id":"a\"b","method":"m","params":{"x":[1]}})") == R"("a\"b" m {"x":[1]})");
   CHECK(as_read(R"(  {"method":"n","jsonrpc":"2.0"} )"
-             "\r") == " n {}");
+                "\r") == " n {}");
   CHECK(as_read(R"({"jsonrpc":"2.0","id":1,"result":{}})") == "nothing");
   CHECK(as_read(R"({"jsonrpc":"2.0","id":1,"error":{}})") == "nothing");
   CHECK(as_read(R"({"jsonrpc":"2.0","method":"n","params":5})") == "nothing");

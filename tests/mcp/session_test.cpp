@@ -87,8 +87,9 @@ TEST_CASE("session: mistakes of arguments are the answer of the tool") {
   const Json result = client.call("compare_meshes", R"({"a":{},"options":{"max_distance":-1}})");
   CHECK(result.at("isError") == true);
   CHECK_FALSE(result.contains("structuredContent"));
-  CHECK(text_in(result).starts_with("/a must have a path or base64, one of both\n/b is missing: name a mesh\n"
-                                    "/options/max_distance "));
+  CHECK(
+      text_in(result).starts_with("/a must have a path or base64, one of both\n/b is missing: name a mesh\n"
+                                  "/options/max_distance "));
 }
 
 TEST_CASE("session: progress is told under the client's token") {

@@ -59,8 +59,7 @@ TEST_CASE("roots: of several the first that has the file, each by its own spelli
   folder.write("two/x.stl", "x");
   folder.write("two/y.stl", "x");
   fs::create_directory_symlink(folder / "two", folder / "link");
-  const std::string one = (folder / "one").string(), two = (folder / "two").string(),
-                    link = (folder / "link").string();
+  const std::string one = (folder / "one").string(), two = (folder / "two").string(), link = (folder / "link").string();
   const Roots roots = roots_of({one, link});
   CHECK(roots.folders() == std::vector<std::string>{one, two});
   CHECK(place_in(roots, "x.stl") == one + "/x.stl");

@@ -194,10 +194,8 @@ void write_messages(Seeds& seeds) {
               call("1", "compare_meshes",
                    R"({"a":{"path":"a.off"},"b":{"path":"b.off"},"options":{"max_distance":0,"align":"rigid"}})"));
   seeds.write("mcp", "inspect", call("\"i\"", "inspect_mesh", R"({"mesh":)" + triangle + R"(,"unit":"mm"})"));
-  seeds.write("mcp", "gates",
-              call("7", "check_gates", R"({"manifest":"gates.yaml","only":["x"],"comparisons":true})"));
-  seeds.write("mcp", "mistakes",
-              call("8", "compare_meshes", R"({"a":{"path":"../x"},"options":{"threads":0},"c":1})"));
+  seeds.write("mcp", "gates", call("7", "check_gates", R"({"manifest":"gates.yaml","only":["x"],"comparisons":true})"));
+  seeds.write("mcp", "mistakes", call("8", "compare_meshes", R"({"a":{"path":"../x"},"options":{"threads":0},"c":1})"));
   seeds.write("mcp", "broken", "[]\n{\"id\":1}\n{\n" + call("9", "none", "{}"));
   seeds.write("mcp", "cancelled",
               R"({"jsonrpc":"2.0","method":"notifications/cancelled","params":{"requestId":1}})"
