@@ -12,9 +12,9 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "server/base/threads.h"
 #include "server/base/token_bucket.h"
 #include "server/settings/settings.h"
 
@@ -97,7 +97,7 @@ class Handshakes {
   };
 
   explicit Handshakes(const Settings& settings);  // precondition: settings come from checked()
-  ~Handshakes();                                  // blocks until the threads have ended. Precondition: none waits
+  ~Handshakes() = default;                        // blocks until the threads have ended. Precondition: none waits
   Handshakes(const Handshakes&) = delete;
   Handshakes& operator=(const Handshakes&) = delete;
 
@@ -119,6 +119,7 @@ class Handshakes {
 
  private:
   void run();
+  void tell_end();
 
   PeerRates peers_;  // of the event loop's thread
   std::atomic<std::uint64_t> begun_{0}, refused_{0}, abandoned_{0};
@@ -126,7 +127,7 @@ class Handshakes {
   std::condition_variable ready_;
   HandshakeQueue queue_;
   bool ending_ = false;
-  std::vector<std::thread> threads_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server
