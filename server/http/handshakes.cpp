@@ -105,7 +105,9 @@ void Handshakes::offer(Handshake handshake) {
 
 bool Handshakes::withdraw(std::uint64_t id) {
   const std::lock_guard lock(mutex_);
-  return queue_.remove(id);
+  const bool waited = queue_.remove(id);
+  if (waited) ++refused_;
+  return waited;
 }
 
 void Handshakes::run() {
@@ -120,6 +122,7 @@ void Handshakes::run() {
       next->on_turn(gone ? Handshake::Turn::abandoned : Handshake::Turn::run);
       next.reset();
       lock.lock();
+      if (gone) queue_.give_back();
     } else if (queue_.empty()) {
       ready_.wait(lock);
     } else {

@@ -74,6 +74,7 @@ class HandshakeQueue {
   // allows none before wait() has passed.
   std::optional<Handshake> take(Time now);
 
+  void give_back() { bucket_.give_back(); }  // what the last take() took of the rate: its handshake cost nothing
   TokenBucket::Seconds wait() const { return bucket_.wait(); }  // precondition: one waits, and take() gave nullopt
   bool empty() const { return waiting_.empty(); }
 
@@ -92,7 +93,7 @@ class Handshakes {
 
   struct Counts {
     std::uint64_t begun = 0;      // the costly step was taken
-    std::uint64_t refused = 0;    // for the rate of their address or of all
+    std::uint64_t refused = 0;    // for the rate of their address or of all: at once, or in vain until they were late
     std::uint64_t abandoned = 0;  // the client had gone before the costly step
   };
 
@@ -111,8 +112,8 @@ class Handshakes {
   // `refused` on this thread before this returns. Thread safe.
   void offer(Handshake handshake);
 
-  // Takes the handshake of this connection back; its `on_turn` will not be called. False: it was, or is being called.
-  // Thread safe.
+  // Takes the handshake of this connection back, which counts as refused; its `on_turn` will not be called. False: it
+  // was, or is being called. Thread safe.
   bool withdraw(std::uint64_t id);
 
   Counts counts() const { return {begun_.load(), refused_.load(), abandoned_.load()}; }  // thread safe
