@@ -45,8 +45,10 @@ bool stands_for_loopback(const std::string& host) {
   return false;
 }
 
-HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls)
+HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls,
+                     std::chrono::milliseconds write_time)
     : edge_{settings,
+            write_time,
             tls,
             handler,
             ConnectionLimit(settings.max_arriving_per_peer),

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <list>
 #include <memory>
@@ -59,8 +60,10 @@ class Guarded {
  public:
   explicit Guarded(
       GivenHandler::Handle handle, GivenHandler::Log log = [](const Exchange&) {},
-      const Settings& chosen = guard_settings())
-      : handler(std::move(handle), std::move(log)), guard(chosen, handler, nullptr), port_(guard.bind().value()) {
+      const Settings& chosen = guard_settings(), const Tls* tls = nullptr, std::chrono::milliseconds write_time = 30s)
+      : handler(std::move(handle), std::move(log)),
+        guard(chosen, handler, tls, write_time),
+        port_(guard.bind().value()) {
     listener_ = std::thread([this] { guard.run(); });
   }
   ~Guarded() {
@@ -340,7 +343,8 @@ TEST_CASE("guard: a stream that is never read is ended, though the kernel takes 
       return std::optional(Clock::now() + 10ms);
     };
   };
-  const Guarded guarded(stream, [&](const Exchange& exchange) { ended += exchange.delivered ? 100 : 1; });
+  const auto count = [&](const Exchange& exchange) { ended += exchange.delivered ? 100 : 1; };
+  const Guarded guarded(stream, count, guard_settings(), nullptr, 1s);
   const RawClient reader(guarded.port()), sleeper(guarded.port(), 4096);
   reader.send(kGet);
   sleeper.send(kGet);
