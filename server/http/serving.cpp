@@ -246,7 +246,8 @@ void Serving::compose() {
   // The unread rest of a body would be parsed as the next request.
   const bool keeps = body_.consumed() || (may_retry(response.status) && body_.left() <= kMostDiscarded);
   if (!keeps || loop_.stopping() || response.stream) close_ = true;
-  deadline_ = after(edge_.write_time);
+  moved_ = Clock::now();
+  deadline_ = moved_ + edge_.write_time;
   composed_ = true;
   const std::string_view length = response.length_known ? "Content-Length" : "";
   const bool has_body = head_.method != "HEAD" && has_content(response.status);

@@ -359,6 +359,27 @@ TEST_CASE("guard: a stream that is never read is ended, though the kernel takes 
   CHECK(reader.is_open());
 }
 
+TEST_CASE("guard: a stream that begins late is not taken for one that stands still since its request") {
+  std::atomic<int> pieces{0};
+  const auto handle = [&](Exchange& exchange) {
+    if (exchange.head.path == "/before") {
+      exchange.response.body = std::string(12'000, 'x');  // more than the client takes
+      return;
+    }
+    exchange.response.later = [due = Clock::now() + 1500ms](const Exchange&) {
+      return Clock::now() < due ? std::optional(due) : std::nullopt;
+    };
+    exchange.response.stream = [&](std::string&) {
+      ++pieces;
+      return never();
+    };
+  };
+  const Guarded guarded(handle, [](const Exchange&) {}, guard_settings(), nullptr, 1s);
+  const RawClient client(guarded.port(), 4096);
+  client.send("GET /before HTTP/1.1\r\nHost: x\r\n\r\n" + std::string(kGet));
+  CHECK(eventually([&] { return pieces > 0; }));
+}
+
 TEST_CASE("guard: the rest of a body that was refused for now is discarded, and the connection goes on") {
   const Guarded guarded([](Exchange& exchange) {
     if (exchange.head.method == "POST") {
