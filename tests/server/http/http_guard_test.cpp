@@ -62,7 +62,7 @@ class Guarded {
       GivenHandler::Handle handle, GivenHandler::Log log = [](const Exchange&) {},
       const Settings& chosen = guard_settings(), const Tls* tls = nullptr, std::chrono::milliseconds write_time = 30s)
       : handler(std::move(handle), std::move(log)),
-        guard(chosen, handler, tls, write_time),
+        guard(chosen, handler, tls, 1000, write_time),
         port_(guard.bind().value()) {
     listener_ = std::thread([this] { guard.run(); });
   }
