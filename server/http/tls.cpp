@@ -55,7 +55,7 @@ class TlsTransport final : public Transport {
     return result == 1 ? Step::done : step_of(result);
   }
 
-  // Reads several records: one has 16 KiB at most.
+  // Reads several records: one has 16 KiB at most. Stops at an update of keys, also where bytes have come before it.
   Moved read(char* out, std::size_t size) override {
     ERR_clear_error();
     std::size_t total = 0;

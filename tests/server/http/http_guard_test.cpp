@@ -1,4 +1,4 @@
-// The guard between clients and handlers: responses that fail, and requests at shutdown.
+// The guard between clients and handlers: responses that fail, requests at shutdown, clients that take their time.
 #include "server/http/http_guard.h"
 
 #include <arpa/inet.h>
@@ -17,11 +17,16 @@
 #include <utility>
 #include <vector>
 
+#include <openssl/bio.h>
+#include <openssl/ssl.h>
+
 #include <doctest/doctest.h>
 
 #include "api/base/descriptor.h"
+#include "server/http/tls.h"
 #include "server/main/checked.h"
 #include "tests/eventually.h"
+#include "tests/server/http/certificate_files.h"
 
 using namespace meshgauge::server;
 using meshgauge::Descriptor;
@@ -99,6 +104,7 @@ class RawClient {
     REQUIRE(::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
   }
 
+  int fd() const { return socket_.get(); }
   void send(const std::string& bytes) const {
     REQUIRE(::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size()));
   }
@@ -133,6 +139,35 @@ class RawClient {
 
  private:
   const Descriptor socket_;
+};
+
+// A client that has shaken hands. What it writes from then on waits for send().
+class TlsClient {
+ public:
+  explicit TlsClient(int port)
+      : raw_(port),
+        context_(SSL_CTX_new(TLS_client_method()), SSL_CTX_free),
+        ssl_(SSL_new(context_.get()), SSL_free) {
+    REQUIRE(SSL_set_fd(ssl_.get(), raw_.fd()) == 1);
+    REQUIRE(SSL_connect(ssl_.get()) == 1);
+    SSL_set0_wbio(ssl_.get(), BIO_new(BIO_s_mem()));
+  }
+
+  void write(char byte) const { REQUIRE(SSL_write(ssl_.get(), &byte, 1) == 1); }
+  void update_keys() const {
+    REQUIRE(SSL_key_update(ssl_.get(), SSL_KEY_UPDATE_NOT_REQUESTED) == 1);
+    REQUIRE(SSL_do_handshake(ssl_.get()) == 1);
+  }
+  void send() const {
+    char* data = nullptr;
+    const auto size = BIO_get_mem_data(SSL_get_wbio(ssl_.get()), &data);
+    raw_.send(std::string(data, static_cast<std::size_t>(size)));
+  }
+
+ private:
+  const RawClient raw_;
+  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context_;
+  const std::unique_ptr<SSL, decltype(&SSL_free)> ssl_;
 };
 
 Settings of_one_thread() {
@@ -294,6 +329,46 @@ TEST_CASE("guard: clients that send slowly, wait, listen or are idle hold no thr
     client.send("TP/1.1\r\nHost: x\r\n\r\n");
     CHECK(client.read_head().starts_with("HTTP/1.1 200 "));
   }
+}
+
+TEST_CASE("guard: a head with updates of keys between its bytes is read in turns with other clients") {
+  const CertificateFiles files;
+  Tls tls(files.certificate_file(), files.key_file());
+  REQUIRE(tls.reload().ok());
+  std::atomic<bool> held{false}, released{false};
+  std::mutex mutex;
+  std::string order;
+  const auto handle = [&](Exchange& exchange) {
+    if (exchange.head.path == "/hold") {
+      exchange.response.quick = true;
+      exchange.response.later = [&, asked = 0](const Exchange&) mutable {
+        if (++asked == 1) return std::optional(Clock::now());
+        held = true;  // the loop, since this is quick
+        while (!released) std::this_thread::sleep_for(1ms);
+        return std::optional<Clock::time_point>();
+      };
+      return;
+    }
+    const std::lock_guard lock(mutex);
+    order += exchange.head.path;
+  };
+  const Guarded guarded(handle, [](const Exchange&) {}, of_one_thread(), &tls);
+  const TlsClient updating(guarded.port()), other(guarded.port()), holding(guarded.port());
+  for (const char byte : "GET /updating HTTP/1.1\r\nHost: x\r\nX: " + std::string(1000, 'x') + "\r\n\r\n") {
+    updating.write(byte);
+    updating.update_keys();
+  }
+  for (const char byte : std::string("GET /other HTTP/1.1\r\nHost: x\r\n\r\n")) other.write(byte);
+  for (const char byte : std::string("GET /hold HTTP/1.1\r\nHost: x\r\n\r\n")) holding.write(byte);
+  holding.send();
+  REQUIRE(eventually([&] { return held.load(); }));
+  updating.send();
+  other.send();
+  released = true;
+  CHECK(eventually([&] {
+    const std::lock_guard lock(mutex);
+    return order == "/other/updating";
+  }));
 }
 
 TEST_CASE("guard: a response that waits is told that its client has gone") {
