@@ -26,7 +26,7 @@ constexpr int kMostAccepted = 256;      // in one round, so that requests do not
 constexpr int kManyRefused = 8;
 constexpr milliseconds kRefusedWithin{10};
 constexpr milliseconds kGather{2};
-constexpr std::size_t kShareUnfinished = 4;  // one in so many may have not shaken hands before these give way first
+constexpr std::size_t kShareUnfinished = 4;  // one in so many may be unfinished before these give way first
 
 bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
   epoll_event event{};

@@ -74,7 +74,7 @@ class HandshakeQueue {
   // allows none before wait() has passed.
   std::optional<Handshake> take(Time now);
 
-  void give_back() { bucket_.give_back(); }  // what the last take() took of the rate: its handshake cost nothing
+  void give_back() { bucket_.give_back(); }  // what a take() took of the rate: its handshake cost nothing
   TokenBucket::Seconds wait() const { return bucket_.wait(); }  // precondition: one waits, and take() gave nullopt
   bool empty() const { return waiting_.empty(); }
 
