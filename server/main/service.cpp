@@ -36,7 +36,7 @@ Service::Service(const Settings& settings, MeshLoader& loader, Stores stores)
       comparisons_(settings, jobs_, stores, access_, uploads_),
       meshes_(settings, stores, access_, uploads_),
       requests_(entrance_, router_, settings_, metrics_),
-      guard_(settings, requests_, tls_ ? &*tls_ : nullptr),
+      guard_(settings, requests_, tls_ ? &*tls_ : nullptr, plan_descriptors(settings).connections),
       listener_([this] { guard_.abort(); }) {
   if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, loader);
   readiness_.add_store_checks(stores_);
