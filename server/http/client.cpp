@@ -170,8 +170,8 @@ std::optional<Problem> Client::check_head(bool& complete) {
   return complete ? std::nullopt : check_incomplete(buffered);
 }
 
-// One read for each turn of the loop: with updates of keys between the bytes of a head, TLS would be read for as long as
-// the client sends them.
+// One read for each turn of the loop: with updates of keys between the bytes of a head, TLS would be read for as long
+// as the client sends them.
 void Client::read_head() {
   for (bool received = false;; received = true) {
     bool complete = false;

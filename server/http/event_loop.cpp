@@ -231,8 +231,8 @@ void EventLoop::add(Descriptor socket) {
 bool EventLoop::drop_one() {
   const auto is_spare = [](const auto& entry) { return entry.second->spare(); };
   const bool many = unfinished_.size() > sources_.size() / kShareUnfinished;
-  const auto found = many ? sources_.find(*unfinished_.begin())
-                          : std::find_if(sources_.begin(), sources_.end(), is_spare);
+  const auto found =
+      many ? sources_.find(*unfinished_.begin()) : std::find_if(sources_.begin(), sources_.end(), is_spare);
   if (found == sources_.end()) return false;
   ++dropped_;
   forget(found->first);

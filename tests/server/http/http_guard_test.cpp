@@ -145,9 +145,7 @@ class RawClient {
 class TlsClient {
  public:
   explicit TlsClient(int port)
-      : raw_(port),
-        context_(SSL_CTX_new(TLS_client_method()), SSL_CTX_free),
-        ssl_(SSL_new(context_.get()), SSL_free) {
+      : raw_(port), context_(SSL_CTX_new(TLS_client_method()), SSL_CTX_free), ssl_(SSL_new(context_.get()), SSL_free) {
     REQUIRE(SSL_set_fd(ssl_.get(), raw_.fd()) == 1);
     REQUIRE(SSL_connect(ssl_.get()) == 1);
     SSL_set0_wbio(ssl_.get(), BIO_new(BIO_s_mem()));
@@ -352,7 +350,8 @@ TEST_CASE("guard: a head with updates of keys between its bytes is read in turns
     const std::lock_guard lock(mutex);
     order += exchange.head.path;
   };
-  const Guarded guarded(handle, [](const Exchange&) {}, of_one_thread(), &tls);
+  const Guarded guarded(
+      handle, [](const Exchange&) {}, of_one_thread(), &tls);
   const TlsClient updating(guarded.port()), other(guarded.port()), holding(guarded.port());
   for (const char byte : "GET /updating HTTP/1.1\r\nHost: x\r\nX: " + std::string(1000, 'x') + "\r\n\r\n") {
     updating.write(byte);
@@ -449,7 +448,8 @@ TEST_CASE("guard: a stream that begins late is not taken for one that stands sti
       return never();
     };
   };
-  const Guarded guarded(handle, [](const Exchange&) {}, guard_settings(), nullptr, 1s);
+  const Guarded guarded(
+      handle, [](const Exchange&) {}, guard_settings(), nullptr, 1s);
   const RawClient client(guarded.port(), 4096);
   client.send("GET /before HTTP/1.1\r\nHost: x\r\n\r\n" + std::string(kGet));
   CHECK(eventually([&] { return pieces > 0; }));
