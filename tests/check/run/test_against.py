@@ -182,7 +182,7 @@ class Against(Workplace):
             self.fails(*one, f"--against={ref}", saying="--against: there is no commit")
         for ref in ("-HEAD", "--output=made", "--all"):
             self.fails(*one, f"--against={ref}", saying="begins with '-'")
-        self.fails(*one, "--against=", saying="--against: is empty")
+        self.fails(*one, "--against=", saying="--against: 1 required TEXT missing")
         self.assertFalse((self.folder / "made").exists())
         shutil.rmtree(self.folder / ".git")
         self.fails(*one, "--against", "HEAD", saying="--against: needs the git repository")
