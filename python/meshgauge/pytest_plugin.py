@@ -49,7 +49,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         output[_WORKER_OUTPUT] = session.config.stash[_RUN].written
 
 
-@pytest.hookimpl(optionalhook=True)
+@pytest.hookimpl(optionalhook=True)  # type: ignore[misc]
 def pytest_testnodedown(node: Any, error: Any) -> None:
     node.config.stash[_RUN].written += getattr(node, "workeroutput", {}).get(_WORKER_OUTPUT, [])
 
