@@ -27,7 +27,8 @@ struct Gate {
   std::string name;                 // unique in a run
   std::filesystem::path candidate;  // as a user would write it: relative to the current folder where possible
   std::filesystem::path baseline;
-  std::shared_ptr<const api::Pipes> pipes;  // what was sent by those of the two that are pipes; null: both are files
+  std::shared_ptr<const api::Pipes> pipes;    // what was sent by those of the two that are pipes; null: both are files
+  std::shared_ptr<const api::Copies> copies;  // of a baseline of a revision, "main:lid.stl"; null: it is a file
   // What is measured, and the limits, of which one is given at least. The time limit is that of the whole gate.
   api::Request request;
   bool warn_only = false;  // fail and undecided are reported and do not count
@@ -37,6 +38,7 @@ struct Gate {
   // Why it cannot be measured, found before anything is: a file is missing, or is none. Other gates are measured.
   std::vector<Mistake> defects{};
   std::vector<std::string> notes{};  // sentences of the manifest without full stop: files that a glob passes over
+  std::shared_ptr<const api::Confines> confines{};  // what may be read of its files; null: any file
 };
 
 // Returns the options with limits in the unit of the result. `document`: the result of a comparison, which has the

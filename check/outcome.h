@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -120,6 +121,28 @@ struct GateOutcome {
   std::string advice() const;
 };
 
+// A gate in an earlier run; its limits, none without a measurement, and the unit of lengths, empty where not known.
+struct EarlierGate {
+  Verdict verdict = Verdict::undecided;
+  std::string unit{};
+  std::vector<Criterion> criteria{};
+};
+
+// An earlier run, by its report (check --since).
+struct Earlier {
+  std::string name;                                         // of the report's file, without suffix
+  std::map<std::string, EarlierGate, std::less<>> gates{};  // by name
+  std::string problem{};                                    // why the report cannot be read; empty: it can
+};
+
+// A git revision: as it is asked for, and the digest of its commit.
+struct RevisionName {
+  std::string ref;
+  std::string commit;
+
+  std::string in_words() const { return ref + " (" + commit.substr(0, 12) + ")"; }
+};
+
 struct Report {
   std::vector<GateOutcome> outcomes;  // in the order of the gates
   Undecided undecided = Undecided::separate;
@@ -127,6 +150,8 @@ struct Report {
   std::string version;       // of meshgauge
   // URLs of the pages of batches that a service measured, in the form of Measured::link. May be empty.
   std::vector<std::string> batches;
+  std::optional<Earlier> since{};         // what reports tell changes from
+  std::optional<RevisionName> against{};  // whose baselines they are; nullopt: those of the work tree
 
   std::size_t count(Verdict verdict) const;
   // 0 pass, 1 fail, 2 undecided, 3 error: the worst of all gates, in the order 3, 1, 2, 0.

@@ -27,9 +27,11 @@
 #include "check/manifest/baselines.h"
 #include "check/outcome.h"
 #include "check/remote.h"
+#include "check/reports/earlier.h"
 #include "check/reports/history.h"
 #include "check/reports/reports.h"
 #include "check/reports/wording.h"
+#include "check/revision/revision.h"
 #include "check/run/json_report.h"
 #include "check/run/local.h"
 #include "check/run/meshes.h"
@@ -76,8 +78,9 @@ bool put(const std::string& text, std::FILE* out) {
   return std::fwrite(text.data(), 1, text.size(), out) == text.size() && std::fflush(out) == 0;
 }
 
-Result<Done> write_to(const std::string& flag, const std::string& where, const std::string& text) {
-  if (where == "-") return put(text, stdout) ? Result<Done>(Done{}) : failed(flag, where);
+// `stream`: what "-" is; standard error may be closed.
+Result<Done> write_to(const std::string& flag, const std::string& where, std::FILE* stream, const std::string& text) {
+  if (where == "-") return put(text, stream) || stream == stderr ? Result<Done>(Done{}) : failed(flag, where);
   const std::unique_ptr<std::FILE, Closed> file(std::fopen(where.c_str(), "we"));
   if (!file || !put(text, file.get())) return failed(flag, where);
   return Done{};
@@ -99,9 +102,9 @@ class ReportFiles {
  public:
   using Write = std::function<std::string(const Report&)>;
 
-  // `where`: a file, "-" for standard output, or empty: not wanted. `flag` names it in messages.
-  void add(const std::string& flag, const std::string& where, Write write) {
-    if (!where.empty()) entries_.push_back({flag, where, std::move(write)});
+  // `where`: a file, "-" for `stream`, or empty: not wanted. `flag` names it in messages.
+  void add(const std::string& flag, const std::string& where, Write write, std::FILE* stream = stdout) {
+    if (!where.empty()) entries_.push_back({flag, where, std::move(write), stream});
   }
 
   // Checks before measuring and adds all files to `places`. Errors: two reports for standard output, a report over a
@@ -110,6 +113,7 @@ class ReportFiles {
     const Entry* on_stdout = nullptr;
     for (const Entry& entry : entries_) {
       if (entry.where == "-") {
+        if (entry.stream != stdout) continue;
         if (on_stdout)
           return unwritable(entry.flag, entry.where, "is used by " + on_stdout->flag + " already: name a file");
         on_stdout = &entry;
@@ -123,14 +127,14 @@ class ReportFiles {
 
   // Whether nothing else may be printed there.
   bool to_stdout() const {
-    return std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return entry.where == "-"; });
+    return std::any_of(entries_.begin(), entries_.end(), [](const Entry& entry) { return entry.is_on_stdout(); });
   }
 
   // Writes all reports, also after a failure. Returns the first Error.
   Result<Done> write(const Report& report) const {
     Result<Done> all = Done{};
     for (const Entry& entry : entries_) {
-      auto written = write_to(entry.flag, entry.where, entry.write(report));
+      auto written = write_to(entry.flag, entry.where, entry.stream, entry.write(report));
       if (!written && all) all = std::move(written);
     }
     return all;
@@ -140,6 +144,9 @@ class ReportFiles {
   struct Entry {
     std::string flag, where;
     Write write;
+    std::FILE* stream;
+
+    bool is_on_stdout() const { return where == "-" && stream == stdout; }
   };
   std::vector<Entry> entries_;
 };
@@ -151,8 +158,13 @@ ReportFiles reports_of(const CheckFlags& flags, const Pictures& pictures) {
   reports.add("--junit", flags.junit, [](const Report& report) { return check::to_junit(report); });
   reports.add("--sarif", flags.sarif, check::to_sarif);
   reports.add("--markdown", flags.markdown, [](const Report& report) { return check::to_markdown(report); });
+  reports.add("--comment", flags.comment, [](const Report& report) { return check::to_comment(report); });
   reports.add("--code-quality", flags.code_quality, check::to_code_quality);
   reports.add("--html", flags.html, [&pictures](const Report& report) { return check::to_html(report, pictures); });
+  const char* repository = std::getenv("GITHUB_WORKSPACE");
+  const std::string top = repository ? repository : "";
+  const auto annotations = [top](const Report& report) { return check::to_annotations(report, top); };
+  reports.add("--annotations", place_of_annotations(flags), annotations, stderr);
   return reports;
 }
 
@@ -161,6 +173,7 @@ Places inputs_of(const CheckFlags& flags, const Gates& gates) {
   if (flags.files.size() == 1) places.reads(flags.files[0], "the manifest");
   if (!flags.key_file.empty()) places.reads(flags.key_file, "the service's key");
   if (!flags.ca_file.empty()) places.reads(flags.ca_file, "the certificates to trust");
+  if (!flags.since.empty()) places.reads(flags.since, "the report of an earlier run");
   for (const check::Gate& gate : gates) {
     places.reads(gate.candidate, "the candidate of the gate '" + gate.name + "'");
     places.reads(gate.baseline, "the baseline of the gate '" + gate.name + "'");
@@ -224,21 +237,29 @@ struct RunParts {
   std::unique_ptr<CheckExtras> extras;
 };
 
+Result<Extras> extras_of(const CheckFlags& flags, const Gates& gates, Places& places) {
+  auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
+  if (!maps) return maps.error();
+  auto pictures = PictureFiles::open(flags.pictures, gates, places);
+  if (!pictures) return pictures.error();
+  return Extras{!flags.html.empty(), *std::move(pictures), *std::move(maps), flags.map_normals};
+}
+
 Result<RunParts> parts_of(const CheckFlags& flags, const Gates& gates, Places& places) {
   const auto jobs = jobs_of(flags);
   if (!jobs) return jobs.error();
-  auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
-  if (!maps) return maps.error();
-  const bool here = flags.server.empty(), pictures = !flags.html.empty();
+  auto wanted = extras_of(flags, gates, places);
+  if (!wanted) return wanted.error();
+  const bool here = flags.server.empty();
   const unsigned processors = api::processors();
-  const auto meshes = std::make_shared<check::Meshes>(gates, (here ? 1U : 0U) + CheckExtras::turns(pictures, *maps));
+  const auto meshes = std::make_shared<check::Meshes>(gates, (here ? 1U : 0U) + wanted->turns());
   auto batches = std::make_unique<Batches>();
   auto measurer = here ? check::local(gates, meshes, {processors, *jobs}) : service_of(flags, *jobs, *batches);
   if (!measurer) return measurer.error();
-  // The threads that measure make the maps, while other gates run under a deadline.
+  // The threads that measure make pictures and maps, while other gates run under a deadline.
   const auto seats = std::min<std::size_t>((*measurer)->at_once(), gates.size());
-  auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps), flags.map_normals,
-                                              check::Processors::part(processors, seats), processors);
+  auto extras = std::make_unique<CheckExtras>(meshes, gates.size(), *std::move(wanted),
+                                              check::Processors::part(processors, seats));
   return RunParts{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
 }
 
@@ -254,7 +275,6 @@ Report measure(const CheckFlags& flags, const Gates& gates, RunParts& parts, con
     for (const std::string& link : parts.batches->fresh()) display.say("Seen in a browser at " + link);
   };
   watch.ended = [&](const auto& outcome, const auto& standing) {
-    if (!interrupts.seen()) parts.extras->ended(outcome);  // after an interruption no pictures are made
     if (flags.quiet) return;
     tell_batches();
     display.ended(outcome, standing, rule);
@@ -270,6 +290,18 @@ Report measure(const CheckFlags& flags, const Gates& gates, RunParts& parts, con
   report.undecided = rule;
   report.batches = parts.batches->all();
   return report;
+}
+
+// The pictures of the HTML report, of which those of gates that pass are made now.
+Pictures draw_passing(const CheckFlags& flags, const Report& report, RunParts& parts, const Interrupts& interrupts) {
+  check::ProgressDisplay display(stderr, check::terminal_columns(STDERR_FILENO), colours(flags, STDERR_FILENO));
+  const auto told = [&](std::size_t done, std::size_t all) {
+    if (!flags.quiet) display.show({all, done, {}, "pictures"});
+  };
+  Pictures pictures = parts.extras->pictures(
+      report, api::processors(), [&] { return interrupts.seen(); }, told);
+  display.clear();
+  return pictures;
 }
 
 bool print_table(const CheckFlags& flags, const Report& report, bool to_stdout) {
@@ -326,6 +358,13 @@ Result<Done> keep(std::optional<check::History>& history, Report& report) {
   return history->keep(api::to_utc(std::chrono::system_clock::now()), check::commit_of_pipeline(), report);
 }
 
+// What cannot be read is said, and changes neither verdict nor exit code.
+check::Earlier earlier_run_of(const CheckFlags& flags) {
+  check::Earlier earlier = check::earlier_run(flags.since);
+  if (!earlier.problem.empty()) fail_on_one_line("--since: " + earlier.problem);
+  return earlier;
+}
+
 // Reads those of two mesh files that are pipes.
 Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
   if (flags.files.size() != 2) return Done{};
@@ -339,6 +378,17 @@ Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
   return Done{};
 }
 
+// Reads the baselines of --against; nullopt without it.
+Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates) {
+  if (!flags.is_against) return std::optional<check::Revision>();
+  const bool of_manifest = flags.files.size() == 1;
+  auto revision = check::Revision::open(
+      flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path());
+  if (!revision) return revision.error();
+  if (auto ok = revision->take_baselines(gates); !ok) return ok.error();
+  return std::optional(std::move(*revision));
+}
+
 int check_gates(const CheckFlags& flags, Gates gates) {
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
@@ -347,15 +397,20 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   auto history = history_of(flags, places);
   if (!history) return refuse(flags, history.error());
   if (const auto ok = take_pipes(flags, gates); !ok) return refuse(flags, ok.error());
+  const Interrupts interrupts;
+  auto revision = revision_of(flags, gates);
+  if (!revision) return refuse(flags, revision.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
-  const Interrupts interrupts;
   use_huge_pages();
   Report report = measure(flags, gates, *parts, interrupts);
+  if (*revision) report.against = (*revision)->name();
   const auto kept = keep(*history, report);
-  pictures = parts->extras->pictures(report, [&] { return interrupts.seen(); });
+  if (!flags.since.empty()) report.since = earlier_run_of(flags);
+  pictures = draw_passing(flags, report, *parts, interrupts);
   int exit_code = tell(flags, report, reports, *parts->extras);
   if (!kept) exit_code = fail_on_one_line(kept.error().message);
+  if (*revision) (*revision)->remove_copies();
   leave_at_once_if_cut(report.interrupted, *parts->meshes, exit_code);
   return exit_code;
 }
@@ -451,6 +506,7 @@ void add_check(CLI::App& app, int& exit_code) {
   declare(command, *flags);
   command.callback([flags, &command, &exit_code] {
     take_manifest_here(*flags);
+    take_own_baseline(*flags);
     exit_code = flags->init ? write_first_manifest(*flags, unheard_by_init(command)) : run(*flags);
   });
 }

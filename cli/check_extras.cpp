@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <cctype>
 #include <exception>
+#include <fstream>
 #include <new>
 #include <set>
+#include <span>
 #include <system_error>
 #include <utility>
 
 #include "api/base/refused.h"
 #include "api/compare/compare.h"
 #include "check/deviation.h"
+#include "check/files.h"
+#include "check/picture_name.h"
 
 namespace meshgauge::cli {
 namespace {
@@ -35,8 +39,24 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
   return files;
 }
 
-Error unusable(const std::string& where, const std::string& why) {
-  return bad_flag("--deviation", "'" + where + "' " + why);
+Error unusable(const std::string& flag, const std::string& where, const std::string& why) {
+  return bad_flag(flag, "'" + where + "' " + why);
+}
+
+Result<Done> make_folder(const std::string& flag, const std::string& where) {
+  std::error_code failed, none;
+  std::filesystem::create_directories(where, failed);
+  if (std::filesystem::is_directory(where, none)) return Done{};
+  return unusable(flag, where, "cannot be created as a folder: " + failed.message());
+}
+
+Result<Done> write_whole(const std::filesystem::path& place, std::span<const std::byte> bytes) {
+  check::StagedFile staged(place);
+  std::ofstream out(staged.path(), std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (out && !staged.put()) return Done{};
+  return Error{ErrorCode::internal, "the picture '" + place.string() + "' cannot be written", "", "--pictures"};
 }
 
 }  // namespace
@@ -49,15 +69,12 @@ Result<DeviationMaps> DeviationMaps::open(const std::string& where, bool of_mani
     if (auto ok = check::check_deviation_name(where); !ok) return ok.error();
     const auto folder = std::filesystem::path(where).parent_path();
     if (!folder.empty() && !std::filesystem::is_directory(folder))
-      return unusable(where, "cannot be written: its folder does not exist");
+      return unusable("--deviation", where, "cannot be written: its folder does not exist");
     maps.files_ = {where};
     if (auto ok = places.writes("--deviation", where); !ok) return ok.error();
     return maps;
   }
-  std::error_code failed;
-  std::filesystem::create_directories(where, failed);
-  if (!std::filesystem::is_directory(where))
-    return unusable(where, "cannot be created as a folder: " + failed.message());
+  if (auto ok = make_folder("--deviation", where); !ok) return ok.error();
   maps.files_ = files_in(where, gates);
   for (const auto& file : maps.files_) {
     if (auto ok = places.writes("--deviation", file); !ok) return ok.error();
@@ -65,25 +82,50 @@ Result<DeviationMaps> DeviationMaps::open(const std::string& where, bool of_mani
   return maps;
 }
 
-CheckExtras::CheckExtras(std::shared_ptr<check::Meshes> meshes, bool pictures, DeviationMaps maps, bool normals,
-                         unsigned threads, unsigned processors)
-    : meshes_(std::move(meshes)), maps_(std::move(maps)), normals_(normals), threads_(threads) {
-  if (pictures) gallery_.emplace(meshes_, processors);
+Result<PictureFiles> PictureFiles::open(const std::string& where, const std::vector<check::Gate>& gates,
+                                        Places& places) {
+  PictureFiles pictures;
+  if (where.empty()) return pictures;
+  if (auto ok = make_folder("--pictures", where); !ok) return ok.error();
+  for (const check::Gate& gate : gates) {
+    pictures.files_.push_back(std::filesystem::path(where) / check::picture_name(gate.name));
+    if (auto ok = places.writes("--pictures", pictures.files_.back()); !ok) return ok.error();
+  }
+  for (const auto& file : pictures.files_) {
+    std::error_code none;
+    if (std::filesystem::is_regular_file(std::filesystem::symlink_status(file, none)))
+      std::filesystem::remove(file, none);
+  }
+  return pictures;
 }
 
-void CheckExtras::ended(const check::GateOutcome& outcome) {
-  if (gallery_) gallery_->add(outcome);
+CheckExtras::CheckExtras(std::shared_ptr<check::Meshes> meshes, std::size_t gates, Extras wanted, unsigned threads)
+    : meshes_(std::move(meshes)), wanted_(std::move(wanted)), threads_(threads) {
+  if (wanted_.any_pictures()) gallery_.emplace(meshes_, gates, wanted_.report_pictures);
 }
 
 void CheckExtras::after(std::size_t place, const check::GateOutcome& outcome, Control& control) {
-  if (gallery_) gallery_->wait_for_room(control);
-  if (!maps_.wanted()) return;
+  if (gallery_) draw(place, outcome, control);
+  if (!wanted_.maps.wanted()) return;
   const check::Turn turn{*meshes_, outcome.gate};
   if (control.check() == Interruption::cancelled) return;
   const Result<Done> written = outcome.measured ? write_map(place, outcome, control) : Result<Done>(Done{});
-  if (written || written.error().code == ErrorCode::out_of_time) return;
+  if (!written && written.error().code != ErrorCode::out_of_time) add_problem(written.error().message);
+}
+
+void CheckExtras::draw(std::size_t place, const check::GateOutcome& outcome, Control& control) {
+  const bool strip = wanted_.pictures.wanted() && outcome.measured && outcome.verdict() != check::Verdict::pass;
+  const check::Gallery::Strip made = gallery_->draw(outcome, strip, threads_, control);
+  if (!made.missing.empty())
+    add_problem("the picture '" + wanted_.pictures.file_of(place).string() + "' could not be made: " + made.missing);
+  if (made.png.empty()) return;
+  if (const auto written = write_whole(wanted_.pictures.file_of(place), made.png); !written)
+    add_problem(written.error().message);
+}
+
+void CheckExtras::add_problem(const std::string& what) {
   const std::lock_guard lock(mutex_);
-  problems_.push_back(written.error().message);
+  problems_.push_back(what);
 }
 
 Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome& outcome, Control& control) try {
@@ -91,7 +133,7 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
   if (!candidate) return candidate.error();
   const auto baseline = meshes_->get(outcome.gate.baseline, control);
   if (!baseline) return baseline.error();
-  const check::DeviationFile file{maps_.file_of(place), check::Refine::by_format, threads_, normals_};
+  const check::DeviationFile file{wanted_.maps.file_of(place), check::Refine::by_format, threads_, wanted_.map_normals};
   const auto pair =
       api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return pair.error();
@@ -103,12 +145,14 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
 }
 
 Error CheckExtras::no_map(std::size_t place, const std::string& why) const {
-  return {ErrorCode::internal, "the deviation map '" + maps_.file_of(place).string() + "' could not be made: " + why,
-          "", "--deviation"};
+  const std::string file = wanted_.maps.file_of(place).string();
+  return {ErrorCode::internal, "the deviation map '" + file + "' could not be made: " + why, "", "--deviation"};
 }
 
-std::vector<check::GatePicture> CheckExtras::pictures(const check::Report& report, const Interrupted& interrupted) {
-  return gallery_ ? gallery_->end(report, interrupted) : std::vector<check::GatePicture>{};
+std::vector<check::GatePicture> CheckExtras::pictures(const check::Report& report, unsigned processors,
+                                                      const Interrupted& interrupted,
+                                                      const check::Gallery::Told& told) {
+  return gallery_ ? gallery_->end(report, processors, interrupted, told) : std::vector<check::GatePicture>{};
 }
 
 }  // namespace meshgauge::cli

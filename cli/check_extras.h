@@ -1,4 +1,4 @@
-// Makes pictures for the HTML report and deviation maps of the meshes of a run.
+// Makes pictures and deviation maps of the meshes of a run.
 #pragma once
 
 #include <cstddef>
@@ -34,32 +34,53 @@ class DeviationMaps {
   std::vector<std::filesystem::path> files_;  // one per gate
 };
 
+// Files of --pictures: one in a folder for each gate, by its name (check/picture_name.h).
+class PictureFiles {
+ public:
+  // As DeviationMaps::open(). Also removes the pictures of these gates that an earlier run has left there, so that none
+  // is taken for one of this run.
+  static Result<PictureFiles> open(const std::string& where, const std::vector<check::Gate>& gates, Places& places);
+
+  bool wanted() const { return !files_.empty(); }
+  const std::filesystem::path& file_of(std::size_t gate) const { return files_.at(gate); }
+
+ private:
+  std::vector<std::filesystem::path> files_;  // one per gate
+};
+
+// What is wanted beside the measurement.
+struct Extras {
+  bool report_pictures = false;  // those of the HTML report
+  PictureFiles pictures;
+  DeviationMaps maps;
+  bool map_normals = false;
+
+  bool any_pictures() const { return report_pictures || pictures.wanted(); }
+  // Number of turns that the meshes must have for it, beside those of others.
+  unsigned turns() const { return (any_pictures() ? 1U : 0U) + (maps.wanted() ? 1U : 0U); }
+};
+
 // after() is thread safe; the others are for the thread that runs the gates.
 class CheckExtras {
  public:
-  // Number of turns that `meshes` must have for it, beside those of others.
-  static unsigned turns(bool pictures, const DeviationMaps& maps) {
-    return (pictures ? 1U : 0U) + (maps.wanted() ? 1U : 0U);
-  }
-  // `threads`: for one map; `processors`: all of them, for pictures when the gates have ended.
-  // `normals`: the maps have those of the vertices.
-  CheckExtras(std::shared_ptr<check::Meshes> meshes, bool pictures, DeviationMaps maps, bool normals, unsigned threads,
-              unsigned processors);
+  // `gates`: of the whole run. `threads`: for the pictures and the map of one gate.
+  CheckExtras(std::shared_ptr<check::Meshes> meshes, std::size_t gates, Extras wanted, unsigned threads);
 
-  void ended(const check::GateOutcome& outcome);                                       // call it from Watch::ended
   void after(std::size_t place, const check::GateOutcome& outcome, Control& control);  // call it from Watch::after
-  std::vector<check::GatePicture> pictures(const check::Report& report,
-                                           const Interrupted& interrupted);  // empty: no pictures wanted
+  // The pictures of the HTML report, on all `processors`; empty: none are wanted. `told`: as Gallery::end().
+  std::vector<check::GatePicture> pictures(const check::Report& report, unsigned processors,
+                                           const Interrupted& interrupted, const check::Gallery::Told& told);
 
   const std::vector<std::string>& problems() const { return problems_; }  // complete when the run is over
 
  private:
+  void draw(std::size_t place, const check::GateOutcome& outcome, Control& control);
   Error no_map(std::size_t place, const std::string& why) const;
   Result<Done> write_map(std::size_t place, const check::GateOutcome& outcome, Control& control);
+  void add_problem(const std::string& what);
 
   const std::shared_ptr<check::Meshes> meshes_;
-  const DeviationMaps maps_;
-  const bool normals_;
+  const Extras wanted_;
   const unsigned threads_;
   std::optional<check::Gallery> gallery_;
   std::mutex mutex_;  // guards the members below

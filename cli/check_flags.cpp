@@ -1,6 +1,7 @@
 #include "cli/check_flags.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <initializer_list>
 #include <iterator>
 #include <span>
@@ -52,7 +53,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   gate.candidate = flags.files[0];
   gate.baseline = flags.files[1];
   if (auto ok = check_pipes(flags.files[0], flags.files[1]); !ok) return ok.error();
-  if (check::is_same_file(gate.candidate, gate.baseline))
+  if (!flags.is_against && check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   auto request = flags.options.request();
   if (!request) return request.error();
@@ -77,18 +78,22 @@ Result<Done> fit_manifest(const CheckFlags& flags) {
   return Done{};
 }
 
+bool is_one_of(const std::string& file, std::initializer_list<std::string_view> suffixes) {
+  return std::find(suffixes.begin(), suffixes.end(), check::suffix_of(file)) != suffixes.end();
+}
+
+// By its name.
+bool is_mesh(const std::string& file) {
+  return !is_one_of(file, {".yaml", ".yml"}) && (api::format_by_name(file) || is_one_of(file, {".zip"}));
+}
+
 // Refuses files whose names contradict their roles.
 Result<Done> fit_files(const CheckFlags& flags) {
-  const auto is_one_of = [](const std::string& file, std::initializer_list<std::string_view> suffixes) {
-    return std::find(suffixes.begin(), suffixes.end(), check::suffix_of(file)) != suffixes.end();
-  };
   const std::string& first = flags.files[0];
   const bool manifest = is_one_of(first, {".yaml", ".yml"});
   if (flags.files.size() == 1) {
-    const bool mesh = !manifest && (api::format_by_name(first) || is_one_of(first, {".zip"}));
-    return mesh ? bad_flag("FILES",
-                           api::shown_text(first) + " is a mesh: name its baseline behind it, and --max-distance")
-                : Result<Done>(Done{});
+    if (!is_mesh(first)) return Done{};
+    return bad_flag("FILES", api::shown_text(first) + " is a mesh: name its baseline behind it, and --max-distance");
   }
   const std::string& second = flags.files[1];
   if (manifest && is_one_of(second, {".json"})) {
@@ -110,7 +115,9 @@ Asked mistaken(const Error& error) {
 
 Asked gates_of_manifest(const CheckFlags& flags) {
   if (const auto ok = fit_manifest(flags); !ok) return mistaken(ok.error());
-  const auto baselines = !flags.update.empty() ? check::Baselines::may_be_missing : check::Baselines::must_exist;
+  const auto baselines = !flags.update.empty() ? check::Baselines::may_be_missing
+                         : flags.is_against    ? check::Baselines::of_revision
+                                               : check::Baselines::must_exist;
   check::Gates read = check::gates_of(flags.files[0], baselines, check::Selection(flags.only));
   return {std::move(read.gates), std::move(read.mistakes), flags.files[0]};
 }
@@ -158,8 +165,18 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
                      "Write the report as JUnit XML; '-' is standard output, as for all reports");
   command.add_option("--sarif", flags.sarif, "Write the report as SARIF 2.1.0");
   command.add_option("--markdown", flags.markdown, "Write the report as Markdown, for a job summary");
+  command.add_option("--comment", flags.comment,
+                     "Write the report as Markdown for a comment on a pull request, at most 60 kB");
+  command.add_option("--since", flags.since,
+                     "Say in --markdown and --comment what changed since this report of --json, of an earlier run");
+  command.add_flag("--annotations{-}", flags.annotations,
+                   "Write GitHub's annotations to standard error, or to --annotations=FILE; on by default where the "
+                   "variable GITHUB_ACTIONS is 'true'");
+  command.add_flag("--no-annotations", flags.no_annotations, "Write no annotations")->excludes("--annotations");
   command.add_option("--code-quality", flags.code_quality, "Write the report as GitLab's Code Quality JSON");
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
+  command.add_option("--pictures", flags.pictures,
+                     "Write a PNG of each gate that does not pass into this folder: before, after and the difference");
   command.add_option(
       "--deviation,--map", flags.deviation,
       "Write the candidate coloured by its distance, signed where the gate limits sides: FILE.ply, .glb, .vtp or "
@@ -203,14 +220,23 @@ void declare(CLI::App& command, CheckFlags& flags) {
               "Measure, then copy the candidate of each gate that does not pass over its baseline; =all: of every "
               "gate, without measuring; =missing: only where there is no baseline")
           ->check(CLI::IsMember({kUpdateDiffering, kUpdateAll, kUpdateMissing}));
-  for (const char* unheard :
-       {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation", "--history",
-        "--server", "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
+  for (const char* unheard : {"--json", "--junit", "--sarif", "--markdown", "--comment", "--since", "--annotations",
+                              "--code-quality", "--html", "--pictures", "--deviation", "--history", "--server",
+                              "--statistics", "--samples", "--seed", "--fast", "--undecided"}) {
     update->excludes(command.get_option(unheard));  // these flags are about a report
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
+  command
+      .add_option_function<std::string>(
+          "--against", [&flags](const std::string& ref) { flags.against = ref, flags.is_against = true; },
+          "Read the baselines from this git revision, as main or HEAD~1; one mesh alone is compared with its own")
+      ->excludes(update);
   command.add_flag("--init", flags.init,
                    "Measure nothing: write a gates.yaml for the meshes of FILES, a folder; none: this one");
+}
+
+void take_own_baseline(CheckFlags& flags) {
+  if (flags.is_against && flags.files.size() == 1 && is_mesh(flags.files[0])) flags.files.push_back(flags.files[0]);
 }
 
 Asked gates_asked(const CheckFlags& flags) {
@@ -228,6 +254,12 @@ Asked gates_asked(const CheckFlags& flags) {
   if (asked.gates.empty() && asked.mistakes.empty())
     asked.mistakes.push_back({0, 0, "the manifest has no gate to check"});
   return asked;
+}
+
+std::string place_of_annotations(const CheckFlags& flags) {
+  if (flags.no_annotations || !flags.annotations.empty()) return flags.no_annotations ? "" : flags.annotations;
+  const char* on_github = std::getenv("GITHUB_ACTIONS");
+  return on_github && std::string_view(on_github) == "true" ? "-" : "";
 }
 
 check::Undecided undecided_rule(const CheckFlags& flags) {

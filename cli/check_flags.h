@@ -24,7 +24,10 @@ struct CheckFlags {
   double jobs = 0;
   std::string undecided;
 
-  std::string json, junit, sarif, markdown, code_quality, html, deviation, history;
+  std::string json, junit, sarif, markdown, comment, code_quality, html, pictures, deviation, history;
+  std::string annotations;  // a file, or "-": standard error
+  bool no_annotations = false;
+  std::string since;  // the report of an earlier run
   bool map_normals = false;
   bool quiet = false;
   bool no_colour = false;
@@ -34,6 +37,8 @@ struct CheckFlags {
   bool init = false;   // `files`: a folder, or none
   std::string update;  // of --update-baselines: "differing", "all", "missing"; empty: not given
   bool dry_run = false;
+  bool is_against = false;
+  std::string against;  // with `is_against`: a git revision, perhaps empty
 };
 
 // Values of CheckFlags::update.
@@ -43,6 +48,9 @@ inline constexpr const char* kUpdateMissing = "missing";
 
 void declare(CLI::App& command, CheckFlags& flags);
 
+// With --against, a mesh that is named alone is compared with the file of the same path.
+void take_own_baseline(CheckFlags& flags);
+
 // The gates of the manifest or of the two files, selected by --only, or all mistakes at once.
 struct Asked {
   std::vector<check::Gate> gates;
@@ -51,6 +59,10 @@ struct Asked {
   std::vector<std::string> explanation{};  // further lines for the terminal
 };
 Asked gates_asked(const CheckFlags& flags);
+
+// Where annotations are written: as CheckFlags::annotations; without the flag to standard error where GITHUB_ACTIONS is
+// "true". Empty: nowhere.
+std::string place_of_annotations(const CheckFlags& flags);
 
 check::Undecided undecided_rule(const CheckFlags& flags);
 

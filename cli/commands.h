@@ -27,15 +27,17 @@ void add_check(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_health(CLI::App& app, int& exit_code);
 void add_keys(CLI::App& app, int& exit_code);
+void add_mcp(CLI::App& app, int& exit_code);
 void add_migrate(CLI::App& app, int& exit_code);
 void add_sandbox(CLI::App& app, int& exit_code, char** arguments);
 void add_serve(CLI::App& app, int& exit_code);
 void add_worker(CLI::App& app, int& exit_code);
 
-// Those that need no service: compare and check.
+// Those that need no service: compare, check and mcp.
 inline void add_measuring(CLI::App& app, int& exit_code) {
   add_compare(app, exit_code);
   add_check(app, exit_code);
+  add_mcp(app, exit_code);
 }
 // Those of a service. `arguments` are those of the process.
 inline void add_serving(CLI::App& app, int& exit_code, char** arguments) {

@@ -18,4 +18,5 @@ install(FILES ${PROJECT_BINARY_DIR}/meshgaugeConfig.cmake ${PROJECT_BINARY_DIR}/
 
 if(TARGET meshgauge)
   install(TARGETS meshgauge RUNTIME COMPONENT service)
+  install(FILES check/gates.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/meshgauge COMPONENT service)
 endif()

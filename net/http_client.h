@@ -27,8 +27,8 @@ struct HttpSettings {
   // A status of 400 or more counts as the answer even if the connection broke while the body was sent.
   bool early_refusals = false;
   std::chrono::milliseconds connect{10'000};
-  std::chrono::seconds stall{30};       // an exchange slower than `least_speed` for so long fails
-  long least_speed = 1;                 // bytes per second, in either direction
+  std::chrono::seconds stall{30};  // an exchange slower than `least_speed` for so long fails
+  long least_speed = 1;            // bytes per second, in either direction
   // Maximum size of an answer that is stored; beyond it Trouble::hopeless, at once where its head says so.
   std::size_t most_body = 4ULL << 20U;
 };

@@ -16,7 +16,7 @@ import time
 from dataclasses import dataclass, field
 
 # The files that an argument of the name may be; other values are words.
-OF_FILES = re.compile(r"FILE|^A$|^B$|file|folder|certificate|key$|config|junit|sarif|markdown|code-quality|html|deviation|dir$", re.I)
+OF_FILES = re.compile(r"FILE|^A$|^B$|file|folder|certificate|key$|config|junit|sarif|markdown|code-quality|html|deviation|dir$|root$", re.I)
 # `--direction TEXT=symmetric (Env:NAME) Excludes: --x`: names, and what CLI11 writes behind them.
 ENTRY = re.compile(r"(?P<names>-\S+?|[A-Za-z_]+)(?P<value>\{[-\w]+\}(?: :\{[\w,]+\})?|(?: (?:TEXT|UINT|INT|FLOAT)\S*| \[\S*\])?(?: \.\.\.)?)"
                    r"(?P<required> REQUIRED)?(?: \(Env:(?P<variable>\w+)\))?(?: (?P<relations>(?:Needs|Excludes): .*))?")

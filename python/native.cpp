@@ -57,8 +57,8 @@ Result<api::SharedMesh> prepared_arrays(const meshgauge_mesh& mesh, const std::s
   const auto interrupted = [&control] { return control.check() != Interruption::none; };
   if (auto ok = validate(view, MeshLimits{}, part, interrupted); !ok) return ok.error();
   const std::size_t bytes = view.positions.size_bytes() + view.triangles.size_bytes();
-  auto prepared = std::make_shared<const api::PreparedMesh>(
-      api::LoadedMesh{view, api::Format::arrays, notes, "", copy}, bytes, Prepared::Use::once, interrupted);
+  auto prepared = std::make_shared<const api::PreparedMesh>(api::LoadedMesh{view, api::Format::arrays, notes, "", copy},
+                                                            bytes, Prepared::Use::once, interrupted);
   if (auto ok = api::in_time(control, "'" + part + "' was read"); !ok) return ok.error();
   return prepared;
 }

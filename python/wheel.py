@@ -85,6 +85,7 @@ def lay_out(folder, library):
     package, info = folder / "meshgauge", folder / f"meshgauge-{version()}.dist-info"
     for module in [*(HERE / "meshgauge").glob("*.py"), HERE / "meshgauge/py.typed"]:
         put(package / module.name, module)
+    put(package / "gates.schema.json", ROOT / "check/gates.schema.json")
     put(package / "libmeshgauge.so", library, 0o755)
     put(info / "METADATA", METADATA.format(version=version()) + (HERE / "README.md").read_text())
     put(info / "WHEEL", WHEEL.format(platform=platform_of(library)))

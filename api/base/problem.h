@@ -1,9 +1,8 @@
 // RFC 9457 problem documents: the body of every answer that is not a result.
 //
-//   {"type": "urn:meshgauge:problem:unreadable-mesh", "title", "status", "detail", "errors": [{"part", "where",
-//   "message"}]}
+//   {"type": "/problems/unreadable-mesh", "title", "status", "detail", "errors": [{"part", "where", "message"}]}
 //
-// `type` is stable. openapi.yaml lists the same kinds.
+// `type` is stable, and the address of a page of the service about it. openapi.yaml lists the same kinds.
 #pragma once
 
 #include <optional>
@@ -60,11 +59,18 @@ enum class ProblemKind {
 
 struct ProblemRow {
   ProblemKind kind;
-  std::string_view slug;  // last component of the type URN
+  std::string_view slug;  // last component of the type
   std::string_view title;
   int status;                                    // HTTP
+  std::string_view help;                         // what it means and what to do, in sentences that are plain in HTML
   std::optional<ErrorCode> code = std::nullopt;  // Errors of this code become this problem; each code is in one row
 };
+
+inline constexpr std::string_view kProblemFolder = "/problems/";
+
+// Returns "unreadable-mesh" of "/problems/unreadable-mesh", and of "urn:meshgauge:problem:unreadable-mesh", which jobs
+// that version 0.1 stored have. Empty: it is no type of a problem.
+std::string_view slug_of(std::string_view type);
 
 std::span<const ProblemRow> problem_table();  // every kind once
 

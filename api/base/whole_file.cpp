@@ -50,14 +50,7 @@ Error not_opened(const std::string& path, int folder, const std::string& compone
   return failed(path);
 }
 
-}  // namespace
-
-Result<WholeFile> WholeFile::open(const std::string& path) {
-  const Descriptor file(::open(path.c_str(), kToRead));
-  return file ? read(file.get(), path, std::numeric_limits<std::uint64_t>::max()) : failed(path);
-}
-
-Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::string& name, std::uint64_t most) {
+Result<Descriptor> opened_below(const std::string& folder, const std::string& name) {
   const std::string path = folder + "/" + name;
   Descriptor place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!place) return failed(folder);
@@ -70,14 +63,38 @@ Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::st
     if (!opened) return not_opened(path, place.get(), component);
     place = std::move(opened);
   }
-  return read(place.get(), path, most);
+  return Result<Descriptor>(std::move(place));
+}
+
+Result<Done> check_regular(int fd, const std::string& path, struct stat& status) {
+  if (::fstat(fd, &status) != 0) return failed(path);
+  if (S_ISDIR(status.st_mode)) return unusable(path, "is a folder: name a file in it");
+  if (!S_ISREG(status.st_mode)) return unusable(path, "is not a regular file");
+  return Done{};
+}
+
+}  // namespace
+
+Result<WholeFile> WholeFile::open(const std::string& path) {
+  const Descriptor file(::open(path.c_str(), kToRead));
+  return file ? read(file.get(), path, std::numeric_limits<std::uint64_t>::max()) : failed(path);
+}
+
+Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::string& name, std::uint64_t most) {
+  const auto file = opened_below(folder, name);
+  return file ? read(file->get(), folder + "/" + name, most) : file.error();
+}
+
+Result<Done> WholeFile::check_below(const std::string& folder, const std::string& name) {
+  const auto file = opened_below(folder, name);
+  if (!file) return file.error();
+  struct stat status {};
+  return check_regular(file->get(), folder + "/" + name, status);
 }
 
 Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {
   struct stat status {};
-  if (::fstat(fd, &status) != 0) return failed(path);
-  if (S_ISDIR(status.st_mode)) return unusable(path, "is a folder: name a file in it");
-  if (!S_ISREG(status.st_mode)) return unusable(path, "is not a regular file");
+  if (auto ok = check_regular(fd, path, status); !ok) return ok.error();
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size > most) {
     return Error{ErrorCode::too_large,

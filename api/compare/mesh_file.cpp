@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/base/text.h"
 #include "api/formats/gltf/gltf_bundle.h"
 
 namespace meshgauge::api {
@@ -17,18 +18,24 @@ Error named_by(const std::string& path, Error error) {
   return error;
 }
 
+// The Error about the file at `place`, which is called `path`.
+Error named(Error error, const std::string& place, const std::string& path) {
+  replace_all(error.message, "'" + place + "'", "'" + path + "'");
+  return error;
+}
+
 Error too_large(const std::string& path, const std::string& what) {
   return named_by(path, {ErrorCode::too_large, "it and the files that it names are " + what, "", ""});
 }
 
-Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names) {
+Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names,
+                       const std::string& folder, const std::string& before) {
   if (names.size() > kMostBundleFiles) {
     return named_by(
         path, {ErrorCode::too_large,
                "it names " + std::to_string(names.size()) + " files (limit " + std::to_string(kMostBundleFiles) + ")",
                "", ""});
   }
-  const std::string folder = folder_of(path).string();
   std::uint64_t left = kMostBundleBytes - BundleWriter::bytes_for_end();
   Files files;
   const auto add = [&](const std::string& name, WholeFile file) {
@@ -45,7 +52,7 @@ Result<Files> files_of(const std::string& path, WholeFile scene, const std::vect
   bool fits = add(std::string(kBundleScene), std::move(scene));
   for (const std::string& name : names) {
     if (!fits) break;
-    auto file = WholeFile::open_below(folder, name, left);
+    auto file = WholeFile::open_below(folder, before + name, left);
     if (!file) return named_by(path, std::move(file).error());
     fits = add(name, std::move(*file));
   }
@@ -64,6 +71,10 @@ std::string bundle_of(const Files& files) {
   return bundle;
 }
 
+Error larger_than_memory(const std::string& path) {
+  return {ErrorCode::too_large, "'" + path + "' with the files that it names is larger than the memory", "", ""};
+}
+
 }  // namespace
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
@@ -79,20 +90,38 @@ Result<MeshFile> MeshFile::of_pipe(const std::string& name, std::span<const std:
                          "", ""});
 }
 
-Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes) try {
-  if (const auto sent = pipes ? pipes->find(path) : Pipes::const_iterator{}; pipes && sent != pipes->end())
-    return of_pipe(path, sent->second.bytes());
-  auto whole = WholeFile::open(path);
-  if (!whole) return std::move(whole).error();
-  const auto bytes = whole->bytes();
-  if (!is_gltf_json(bytes)) return MeshFile(std::move(*whole));
+Result<MeshFile> MeshFile::of_file(const std::string& path, WholeFile whole, const std::string& folder,
+                                   const std::string& before) {
+  const auto bytes = whole.bytes();
+  if (!is_gltf_json(bytes)) return MeshFile(std::move(whole));
   const std::vector<std::string> names = files_named_by(bytes);
-  if (names.empty()) return MeshFile(std::move(*whole));
-  const auto files = files_of(path, std::move(*whole), names);
+  if (names.empty()) return MeshFile(std::move(whole));
+  const auto files = files_of(path, std::move(whole), names, folder, before);
   if (!files) return files.error();
   return MeshFile(bundle_of(*files));
+}
+
+Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes, const Copies* copies) try {
+  if (const auto sent = pipes ? pipes->find(path) : Pipes::const_iterator{}; pipes && sent != pipes->end())
+    return of_pipe(path, sent->second.bytes());
+  const auto copy = copies ? copies->find(path) : Copies::const_iterator{};
+  const std::string& place = copies && copy != copies->end() ? copy->second : path;
+  auto whole = WholeFile::open(place);
+  if (!whole) return named(std::move(whole).error(), place, path);
+  return of_file(path, std::move(*whole), folder_of(place).string(), "");
 } catch (const std::bad_alloc&) {
-  return Error{ErrorCode::too_large, "'" + path + "' with the files that it names is larger than the memory", "", ""};
+  return larger_than_memory(path);
+}
+
+Result<MeshFile> MeshFile::open_within(const Confines& confines, const std::string& path) try {
+  const auto place = confines.roots.find(path);
+  if (!place) return place.error();
+  auto whole = WholeFile::open_below(place->folder, place->name, confines.max_file_bytes);
+  if (!whole) return std::move(whole).error();
+  const std::string before = place->name.substr(0, place->name.rfind('/') + 1);  // empty without a folder
+  return of_file(path, std::move(*whole), place->folder, before);
+} catch (const std::bad_alloc&) {
+  return larger_than_memory(path);
 }
 
 }  // namespace meshgauge::api

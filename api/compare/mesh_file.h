@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -10,7 +11,9 @@
 #include <string_view>
 
 #include "api/base/memory_file.h"
+#include "api/base/roots.h"
 #include "api/base/whole_file.h"
+#include "api/formats/format.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
@@ -20,14 +23,28 @@ std::filesystem::path folder_of(const std::filesystem::path& file);  // "." wher
 // What pipes sent, by the name that each has in messages: a pipe is read once, and opened here as often as a file.
 using Pipes = std::map<std::string, MemoryFile>;
 
+// What may be read for a client that is not trusted.
+struct Confines {
+  Roots roots;
+  ReadLimits limits = kUntrustedLimits;
+  std::uint64_t max_file_bytes = kUntrustedFileBytes;
+};
+
+// Paths of files that stand in place of others, by the names that those have in messages.
+using Copies = std::map<std::string, std::string>;
+
 class MeshFile {
  public:
   // Reads a regular file. A .gltf that names other files becomes one archive with them
   // (api/formats/gltf/gltf_bundle.h): they must be regular files in its folder or below, and symbolic links to them are
   // not followed. An Error names the file that is missing, refused or too large. A path that is the name of one of
   // `pipes`, which are borrowed, is what that pipe sent; it has no folder, so a .gltf that names other files is refused
-  // there.
-  static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr);
+  // there. A path that is a name of `copies`, which are borrowed, too, is that file.
+  static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr, const Copies* copies = nullptr);
+
+  // As open(), of a file that the roots find (Roots::find). No symbolic link below a root is followed. Errors also:
+  // those of Roots::find(); too_large above max_file_bytes.
+  static Result<MeshFile> open_within(const Confines& confines, const std::string& path);
 
   std::span<const std::byte> bytes() const {
     if (!bundle_.empty()) return std::as_bytes(std::span(bundle_));
@@ -43,6 +60,9 @@ class MeshFile {
   explicit MeshFile(std::string bundle) : bundle_(std::move(bundle)) {}
   explicit MeshFile(std::span<const std::byte> piped) : piped_(piped) {}
 
+  // `path`: in messages. `folder`, `before`: where the files are that a .gltf names, folder/ + before + name.
+  static Result<MeshFile> of_file(const std::string& path, WholeFile whole, const std::string& folder,
+                                  const std::string& before);
   static Result<MeshFile> of_pipe(const std::string& name, std::span<const std::byte> bytes);
 
   std::optional<WholeFile> whole_;

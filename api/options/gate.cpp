@@ -89,7 +89,9 @@ constexpr LimitOption kLimits[] = {
       .example = "[-0.05 mm, 0.1 mm]",
       .read = read_zone,
       .lengths =
-          [](Asked& o) { return o.zone ? OptionLengths{&o.zone->inside, &o.zone->outside} : OptionLengths{}; }},
+          [](Asked& o) {
+            return o.zone ? OptionLengths{&o.zone->inside, &o.zone->outside} : OptionLengths{};
+          }},
      [](const Asked& o) {
        return o.zone ? Json{0 - o.zone->inside, o.zone->outside} : Json(nullptr);
      }},

@@ -94,10 +94,8 @@ constexpr OtherOption length_option(std::string_view key, std::string_view help,
            .help = help,
            .usual = "0",
            .example = example,
-           .read =
-               [](const JsonValue& value, const std::string& at, Draft& draft) {
-                 draft.options.*member = draft.reading.length(value, at).value_or(0);
-               },
+           .read = [](const JsonValue& value, const std::string& at,
+                      Draft& draft) { draft.options.*member = draft.reading.length(value, at).value_or(0); },
            .lengths = length_at<member>},
           [](const Request& request) { return json_of_length(request.options.*member, request.options); }};
 }

@@ -126,13 +126,20 @@ bool covered(MeshView mesh, const Frame& frame, const View& view, const Vec3& po
 
 Camera whole_view(MeshView mesh, const Frame& frame, const View& view, std::span<const Vec3> points, int width,
                   int height) {
+  return common_view(std::span(&mesh, 1), frame, view, points, width, height);
+}
+
+Camera common_view(std::span<const MeshView> meshes, const Frame& frame, const View& view, std::span<const Vec3> points,
+                   int width, int height) {
   Box seen;  // along the axes of the picture
   const auto extend = [&](const Vec3& p) {
     const Vec3 q = frame.to_frame(p);
     seen.extend(Vec3(q.dot(view.right), q.dot(view.up), q.dot(view.toward)));
   };
-  for (const Triangle& triangle : mesh.triangles) {
-    for (const std::uint32_t corner : triangle) extend(mesh.positions[corner]);
+  for (const MeshView& mesh : meshes) {
+    for (const Triangle& triangle : mesh.triangles) {
+      for (const std::uint32_t corner : triangle) extend(mesh.positions[corner]);
+    }
   }
   for (const Vec3& p : points) extend(p);
 

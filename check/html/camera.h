@@ -65,6 +65,9 @@ bool covered(MeshView mesh, const Frame& frame, const View& view, const Vec3& po
 // Returns a camera that shows the whole mesh and the points, with a margin. Linear time.
 Camera whole_view(MeshView mesh, const Frame& frame, const View& view, std::span<const Vec3> points, int width,
                   int height);
+// The same of several meshes.
+Camera common_view(std::span<const MeshView> meshes, const Frame& frame, const View& view, std::span<const Vec3> points,
+                   int width, int height);
 
 // Returns a camera centred on `centre` that shows `reach` (in the meshes' unit) to the nearer edges.
 Camera close_view(const Camera& whole, const Vec3& centre, double reach, int width, int height);

@@ -192,19 +192,23 @@ std::string banner(const Report& report) {
   std::string out = "<header class=\"banner " + std::string(overall(report)) +
                     "\">\n<p class=\"brand\">meshgauge check</p>\n<h1>" + icon(overall_verdict(report)) +
                     headline(report) + "</h1>\n<p>" + consequence(report) + "</p>\n";
+  if (report.against)
+    out += "<p class=\"muted\">Baselines are those of " + escaped(report.against->in_words()) + ".</p>\n";
   return out + (report.outcomes.empty() ? "" : strip(report)) + "</header>\n";
 }
 
 std::string what_is_left_out(std::span<const GatePicture> pictures) {
-  const auto left_out = static_cast<std::size_t>(
-      std::count_if(pictures.begin(), pictures.end(), [](const auto& p) { return p.left_out; }));
+  const auto count = [&](const auto& is) {
+    return static_cast<std::size_t>(std::count_if(pictures.begin(), pictures.end(), is));
+  };
+  const std::size_t left_out = count([](const GatePicture& p) { return p.left_out; });
   if (left_out == 0) return "";
-  const auto shown = static_cast<std::size_t>(
-      std::count_if(pictures.begin(), pictures.end(), [](const auto& p) { return !p.surfaces.empty(); }));
-  return "<p class=\"note\">Pictures, tables and witnesses of " + grouped(shown) +
-         (shown == 1 ? " gate: " : " gates: ") +
-         "those that fail, then the undecided, then those that come nearest to their limits. Of " + grouped(left_out) +
-         (left_out == 1 ? " other" : " others") +
+  const std::size_t drawn = count([](const GatePicture& p) { return !p.surfaces.empty(); });
+  const std::size_t undrawn = count([](const GatePicture& p) { return !p.missing.empty(); });
+  return "<p class=\"note\">Tables and witnesses of " + grouped(drawn + undrawn) +
+         (drawn + undrawn == 1 ? " gate" : " gates") + ", pictures of " + grouped(drawn) +
+         ": those that fail, then the undecided, then those that come nearest to their limits. Of " +
+         grouped(left_out) + (left_out == 1 ? " other" : " others") +
          ", the interval and the limit; the report as JSON has all numbers.</p>\n";
 }
 
@@ -218,10 +222,8 @@ std::string footer(const Report& report, std::span<const GatePicture> pictures) 
     }
   }
   return "<footer><p>Intervals and verdicts are certified: the Hausdorff distance lies between the two bounds, "
-         "rounding "
-         "included. Colours and histograms are not; they show where to look. A gate that passes has one small picture, "
-         "every other "
-         "one large pictures and close-ups: " +
+         "rounding included. Colours and histograms are not; they show where to look. Of the gates that pass, those "
+         "nearest to their limits have one small picture, every other gate large pictures and close-ups: " +
          grouped(shots) + (shots == 1 ? " picture" : " pictures") + ", " + in_bytes(bytes) + ".</p><p>meshgauge " +
          escaped(report.version) + ". This file is complete: it loads nothing and runs no script.</p></footer>\n";
 }

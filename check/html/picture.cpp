@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <new>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Geometry>
 
 #include "api/base/refused.h"
 #include "api/compare/compare.h"
+#include "check/html/image.h"
 #include "check/html/render.h"
+#include "check/html/strip.h"
 #include "engine/tree/nearest.h"
 
 namespace meshgauge::check {
@@ -150,24 +154,67 @@ class DistanceField {
     return distance < kOnMesh ? 0 : std::ldexp(distance, frame_.exponent());
   }
 
+  // at(), which ends the picture when it is cancelled. Borrows both.
+  std::function<double(const Vec3&)> until_cancelled(const Control& control) const {
+    return [this, &control](const Vec3& p) {
+      if (control.cancelled()) throw Stopped();
+      return at(p);
+    };
+  }
+
  private:
   Frame frame_;
   std::shared_ptr<Framed> framed_;
   const Bvh* tree_;
 };
 
+api::ColourScale scale_of(const Scene& scene) { return {scene.outcome.measured->shown().limit, true}; }
+
 Surface surface(const Scene& scene, const Side& side, const Box& box) {
   const DistanceField field(side.other, box, scene.pool, scene.control);
   if (!field.complete()) throw Stopped();
-  Paint paint{[&](const Vec3& p) { return go_on(scene.control), field.at(p); },
-              {scene.outcome.measured->shown().limit, true},
-              Inside::unknown};
+  Paint paint{field.until_cancelled(scene.control), scale_of(scene), Inside::unknown};
   const bool large = scene.outcome.measured->verdict != Verdict::pass;
   Surface made{side.candidate, paint.scale, whole_shot(scene, side, paint, large ? kLarge : kSmall), std::nullopt, {}};
   if (large && scene.witness) made.close_up = close_shot(scene, side, paint, made.whole);
   made.histogram =
       histogram_of(side.mesh.mesh(), paint.distance, paint.scale.top, large ? kManyPoints : kFewPoints, scene.pool);
   return made;
+}
+
+Camera common_camera(const Scene& scene, MeshView candidate, MeshView baseline) {
+  std::vector<Vec3> points;
+  if (scene.witness) points = {scene.witness->from, scene.witness->to};
+  const MeshView both[] = {candidate, baseline};
+  return common_view(both, scene.frame, scene.chosen.view, points, kStripViewWidth, kStripViewHeight);
+}
+
+std::vector<std::byte> strip_png(const Scene& scene, const Prepared& candidate, const Prepared& baseline,
+                                 const Box& box) {
+  go_on(scene.control);
+  const Direction direction = scene.outcome.gate.request.options.direction;
+  StripScene shown{{candidate.mesh(), {}}, {baseline.mesh(), {}}, {}, scale_of(scene), std::nullopt};
+  std::vector<std::unique_ptr<const DistanceField>> fields;
+  const auto add_distance = [&](StripMesh& from, const Prepared& to) {
+    fields.push_back(std::make_unique<const DistanceField>(to, box, scene.pool, scene.control));
+    if (!fields.back()->complete()) throw Stopped();
+    from.distance = fields.back()->until_cancelled(scene.control);
+  };
+  if (direction != Direction::b_to_a) add_distance(shown.candidate, baseline);
+  if (direction != Direction::a_to_b) add_distance(shown.baseline, candidate);
+  shown.camera = common_camera(scene, candidate.mesh(), baseline.mesh());
+  if (scene.witness) shown.mark = shown.camera.see(scene.witness->from);
+  return to_png_within(strip_of(shown, scene.pool), kStripBytes);
+}
+
+void draw_surfaces(const Scene& scene, const Prepared& candidate, const Prepared& baseline, const Box& box,
+                   GatePicture& picture) {
+  const Direction direction = scene.outcome.gate.request.options.direction;
+  if (direction != Direction::b_to_a) picture.surfaces.push_back(surface(scene, {candidate, baseline, true}, box));
+  const bool both = direction == Direction::symmetric && scene.outcome.measured->verdict != Verdict::pass;
+  if (both || direction == Direction::b_to_a) {
+    picture.surfaces.push_back(surface(scene, {baseline, candidate, false}, box));
+  }
 }
 
 // Reads one of a gate's files and checks that it is still the one that was measured.
@@ -184,7 +231,7 @@ GatePicture without(const std::string& why) { return {{}, why}; }
 }  // namespace
 
 GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome,
-                         ThreadPool& pool, Control& control) try {
+                         ThreadPool& pool, Control& control, const Drawn& drawn) try {
   const Measured& measured = *outcome.measured;
   Box box = candidate.box();
   box.extend(baseline.box());
@@ -194,18 +241,15 @@ GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, co
   scene.chosen = chosen_view(scene, from, from_baseline ? candidate : baseline, box);
 
   GatePicture picture;
-  const Direction direction = outcome.gate.request.options.direction;
-  if (direction != Direction::b_to_a) picture.surfaces.push_back(surface(scene, {candidate, baseline, true}, box));
-  const bool both = direction == Direction::symmetric && measured.verdict != Verdict::pass;
-  if (both || direction == Direction::b_to_a) {
-    picture.surfaces.push_back(surface(scene, {baseline, candidate, false}, box));
-  }
+  if (drawn.surfaces) draw_surfaces(scene, candidate, baseline, box, picture);
+  if (drawn.strip) picture.strip = strip_png(scene, candidate, baseline, box);
   return picture;
 } catch (const Stopped&) {
   return without("the run was interrupted");
 }
 
-GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& pool, Control& control) try {
+GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& pool, Control& control,
+                       const Drawn& drawn) try {
   const Turn turn{meshes, outcome.gate};
   if (!outcome.measured) return without("nothing was measured");
   const auto candidate = read(outcome.gate.candidate, "a", outcome, meshes, control);
@@ -215,7 +259,7 @@ GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& p
   const auto pair =
       api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, outcome.measured->motion, control);
   if (!pair) return without(pair.error().message);
-  return make_picture(*pair->a, *pair->b, outcome, pool, control);
+  return make_picture(*pair->a, *pair->b, outcome, pool, control, drawn);
 } catch (const std::bad_alloc&) {
   return without("there is not enough memory for a picture");
 } catch (const nlohmann::json::exception&) {

@@ -37,20 +37,28 @@ struct Surface {
 };
 
 struct GatePicture {
-  std::vector<Surface> surfaces;  // surfaces that the gate's direction measures, the candidate first
-  std::string missing;            // why there is no picture; empty if there is one
-  bool left_out = false;          // true: other gates need a picture more
+  std::vector<Surface> surfaces;   // surfaces that the gate's direction measures, the candidate first
+  std::string missing;             // why there is no picture; empty if there is one
+  bool left_out = false;           // true: other gates need a picture more
+  std::vector<std::byte> strip{};  // a PNG of strip_of(), of at most kStripBytes
+};
+
+// What is drawn of a gate.
+struct Drawn {
+  bool surfaces = true;  // GatePicture::surfaces
+  bool strip = false;    // GatePicture::strip
 };
 
 // Makes a gate's pictures. A failed or undecided gate gets large views of each measured surface and close-ups of the
 // witness, a passed gate one small view. Distances are computed for each pixel and not certified. Memory: both trees,
 // unless the meshes have them, and the samples of one view. Precondition: the outcome is measured. Returns no picture
-// if `control`, which is polled, says to stop.
+// if `control`, which is polled, says to stop. Deterministic for any size of the pool.
 GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome,
-                         ThreadPool& pool, Control& control);
+                         ThreadPool& pool, Control& control, const Drawn& drawn = {});
 
 // Makes the pictures from the files of the outcome, in one turn of `meshes`, and ends that turn. If a file is gone or
 // has changed since the measurement, `missing` says so.
-GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& pool, Control& control);
+GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& pool, Control& control,
+                       const Drawn& drawn = {});
 
 }  // namespace meshgauge::check

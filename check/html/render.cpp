@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <new>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 
-#include <png.h>
 #include <Eigen/Geometry>
 
 #include "check/html/raster.h"
@@ -25,6 +26,7 @@ constexpr double kOutline = 0.45;                        // share of the light a
 constexpr float kStep = 7;                               // size of a step in depth, in samples
 constexpr int kHatchPeriod = 14, kHatchWidth = 4;        // in samples
 constexpr std::array<double, 3> kHatch{255, 196, 178};
+constexpr std::array<double, 3> kGrey{190, 197, 205};  // without a distance
 
 Camera finer(Camera camera) {
   camera.width *= kFiner;
@@ -33,9 +35,10 @@ Camera finer(Camera camera) {
   return camera;
 }
 
-// The point of a triangle that is visible at a place of the picture, and the surface there.
-struct Spot {
-  Vec3 point;
+// A triangle in the picture. Neighbouring samples mostly show the same one, so the last is kept.
+struct Facet {
+  std::uint32_t triangle = Samples::kNone;
+  Seen corners[3];
   double light = 1;
   double sheen = 0;
 };
@@ -58,18 +61,13 @@ Vec3 normal_of(MeshView mesh, const Camera& camera, std::uint32_t triangle) {
                     camera.see(mesh.corner(triangle, 2))});
 }
 
-// 64 levels: a third smaller when compressed, without a visible difference.
-std::uint8_t to_level(double channel) {
-  return static_cast<std::uint8_t>(std::min(255L, 4 * std::lround(channel / 4)));
-}
-
 class Painter {
  public:
   Painter(MeshView mesh, const Camera& camera, const Samples& samples, const Paint& paint)
       : mesh_(mesh), camera_(camera), samples_(samples), paint_(paint), points_(is_cloud(mesh)) {}
 
-  // Combines the samples of one pixel.
-  std::array<std::uint8_t, 4> pixel(int x, int y) const {
+  // Combines the samples of one pixel. `last`: of the pixel before, by the same thread.
+  Pixel pixel(int x, int y, Facet& last) const {
     std::array<double, 3> sum{};
     int covered = 0;
     Known known;
@@ -78,14 +76,23 @@ class Painter {
       const std::size_t at = samples_.at(column, row);
       if (samples_.triangle[at] == Samples::kNone) continue;
       ++covered;
-      const std::array<double, 3> colour = sample(column, row, at, known);
+      const std::array<double, 3> colour = sample(column, row, at, known, facet_of(samples_.triangle[at], last));
       for (std::size_t k = 0; k < 3; ++k) sum[k] += colour[k];
     }
-    std::array<std::uint8_t, 4> rgba{};
+    Pixel rgba{};
     if (covered == 0) return rgba;
     for (std::size_t k = 0; k < 3; ++k) rgba[k] = to_level(sum[k] / covered);
     rgba[3] = static_cast<std::uint8_t>(255 * covered / (kFiner * kFiner));
     return rgba;
+  }
+
+  // The nearest of a pixel's samples.
+  float depth_of(int x, int y) const {
+    float closest = -std::numeric_limits<float>::infinity();
+    for (int i = 0; i < kFiner * kFiner; ++i) {
+      closest = std::max(closest, samples_.depth[samples_.at(kFiner * x + i % kFiner, kFiner * y + i / kFiner)]);
+    }
+    return closest / kFiner;
   }
 
  private:
@@ -96,43 +103,59 @@ class Painter {
     std::uint32_t triangle = Samples::kNone;
   };
 
-  std::array<double, 3> sample(int column, int row, std::size_t at, Known& known) const {
-    const Spot spot = spot_at(samples_.triangle[at], column + 0.5, row + 0.5);
+  std::array<double, 3> sample(int column, int row, std::size_t at, Known& known, const Facet& facet) const {
     const float depth = samples_.depth[at];
-    const std::uint32_t triangle = samples_.triangle[at];
-    const bool other = points_ ? triangle != known.triangle : std::abs(depth - known.depth) > kStep;
-    if (known.distance < 0 || other) known = {paint_.distance(spot.point), depth, triangle};
-    const api::Rgb base = api::colour_of(known.distance, paint_.scale);
-    std::array<double, 3> colour{double(base.red), double(base.green), double(base.blue)};
-    if (paint_.scale.limited && known.distance > paint_.scale.top && (column + row) % kHatchPeriod < kHatchWidth) {
-      colour = kHatch;
+    std::array<double, 3> colour = kGrey;
+    if (paint_.distance) {
+      const bool other = points_ ? facet.triangle != known.triangle : std::abs(depth - known.depth) > kStep;
+      if (known.distance < 0 || other)
+        known = {paint_.distance(point_at(facet, column + 0.5, row + 0.5)), depth, facet.triangle};
+      colour = coloured(known.distance, column + row);
     }
-    const double light = spot.light * (!points_ && outlined(column, row, depth) ? kOutline : 1);
-    for (double& channel : colour) channel = (channel + spot.sheen * (255 - channel)) * light;
+    const double light = facet.light * (!points_ && outlined(column, row, depth) ? kOutline : 1);
+    for (double& channel : colour) channel = (channel + facet.sheen * (255 - channel)) * light;
     return colour;
   }
 
-  Spot spot_at(std::uint32_t triangle, double x, double y) const {
-    Seen seen[3];
-    for (int i = 0; i < 3; ++i) seen[i] = camera_.see(mesh_.corner(triangle, i));
+  // `diagonal`: column and row together, along which stripes run.
+  std::array<double, 3> coloured(double distance, int diagonal) const {
+    if (paint_.scale.limited && distance > paint_.scale.top && diagonal % kHatchPeriod < kHatchWidth) return kHatch;
+    const api::Rgb base = api::colour_of(distance, paint_.scale);
+    return {double(base.red), double(base.green), double(base.blue)};
+  }
+
+  const Facet& facet_of(std::uint32_t triangle, Facet& facet) const {
+    if (facet.triangle == triangle) return facet;
+    facet.triangle = triangle;
+    for (int i = 0; i < 3; ++i) facet.corners[i] = camera_.see(mesh_.corner(triangle, i));
+    set_light(facet, normal_of(facet.corners));
+    return facet;
+  }
+
+  Vec3 point_at(const Facet& facet, double x, double y) const {
+    const Seen(&seen)[3] = facet.corners;
     const double ux = seen[1].x - seen[0].x, uy = seen[1].y - seen[0].y, vx = seen[2].x - seen[0].x,
                  vy = seen[2].y - seen[0].y, px = x - seen[0].x, py = y - seen[0].y;
     const double area = ux * vy - uy * vx;
     double b = area == 0 ? 0 : std::clamp((px * vy - py * vx) / area, 0.0, 1.0);
     double c = area == 0 ? 0 : std::clamp((ux * py - uy * px) / area, 0.0, 1.0);
     if (b + c > 1) c = 1 - b;
-    const Vec3& corner = mesh_.corner(triangle, 0);
-    const Vec3 point = corner + b * (mesh_.corner(triangle, 1) - corner) + c * (mesh_.corner(triangle, 2) - corner);
-    return lit(point, normal_of(seen));
+    const Vec3& corner = mesh_.corner(facet.triangle, 0);
+    return corner + b * (mesh_.corner(facet.triangle, 1) - corner) + c * (mesh_.corner(facet.triangle, 2) - corner);
   }
 
   // `normal`: along right, up, toward; any length.
-  Spot lit(const Vec3& point, const Vec3& normal) const {
+  void set_light(Facet& facet, const Vec3& normal) const {
+    facet.light = 1, facet.sheen = 0;
     const double length = normal.norm();
-    if (!(length > 0)) return {point, 1, 0};
-    if (side_of(normal.z()) == paint_.inside) return {point, kInside, 0};
+    if (!(length > 0)) return;
+    if (side_of(normal.z()) == paint_.inside) {
+      facet.light = kInside;
+      return;
+    }
     const double facing = std::max(std::copysign(1.0, normal.z()) * normal.dot(kLight) / length, 0.0);
-    return {point, kAmbient + (1 - kAmbient) * facing, kGlow + kSheen * facing * facing};
+    facet.light = kAmbient + (1 - kAmbient) * facing;
+    facet.sheen = kGlow + kSheen * facing * facing;
   }
 
   // Whether a neighbour is that much farther away, or empty. A steep surface is no step: there the neighbour on the
@@ -162,46 +185,44 @@ class Painter {
 Inside inside_of(MeshView mesh, const Camera& camera) {
   const Samples samples = rasterise(mesh, camera);
   std::size_t seen = 0, front = 0;
+  std::uint32_t last = Samples::kNone;
+  bool is_front = false;
   for (const std::uint32_t triangle : samples.triangle) {
     if (triangle == Samples::kNone) continue;
+    if (triangle != last) is_front = side_of(normal_of(mesh, camera, triangle).z()) == Inside::front;
+    last = triangle;
     ++seen;
-    front += side_of(normal_of(mesh, camera, triangle).z()) == Inside::front ? 1U : 0U;
+    front += is_front ? 1U : 0U;
   }
   if (front > seen - seen / 4) return Inside::back;
   return front < seen / 4 ? Inside::front : Inside::unknown;
 }
 
-Image render(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool, double cut) {
+Rendered render_with_depth(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool, double cut) {
   const Camera fine = finer(camera);
   const Samples samples = rasterise(mesh, fine, kFiner * cut);
   const Painter painter(mesh, fine, samples, paint);
-  const auto width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
-  Image image{camera.width, camera.height, std::vector<std::uint8_t>(4 * width * height)};
+  Rendered made{{camera.width, camera.height, {}}, {}};
+  made.image.rgba.resize(made.image.at(0, camera.height));
+  made.depth.resize(made.image.rgba.size() / 4);
   const auto tasks = static_cast<std::size_t>((camera.height + kRowsATask - 1) / kRowsATask);
   pool.run(tasks, [&](std::size_t, std::size_t task) {
     const int first = static_cast<int>(task) * kRowsATask;
+    Facet last;
     for (int y = first; y < std::min(first + kRowsATask, camera.height); ++y) {
       for (int x = 0; x < camera.width; ++x) {
-        const auto rgba = painter.pixel(x, y);
-        std::copy(rgba.begin(), rgba.end(),
-                  image.rgba.begin() + 4 * (static_cast<std::ptrdiff_t>(y) * camera.width + x));
+        const std::size_t at = made.image.at(x, y);
+        const Pixel rgba = painter.pixel(x, y, last);
+        std::copy(rgba.begin(), rgba.end(), made.image.rgba.begin() + static_cast<std::ptrdiff_t>(at));
+        made.depth[at / 4] = painter.depth_of(x, y);
       }
     }
   });
-  return image;
+  return made;
 }
 
-std::vector<std::byte> to_png(const Image& image) {
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = PNG_FORMAT_RGBA;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-  std::vector<std::byte> bytes(size);
-  if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, image.rgba.data(), 0, nullptr)) throw std::bad_alloc();
-  bytes.resize(size);
-  return bytes;
+Image render(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool, double cut) {
+  return render_with_depth(mesh, camera, paint, pool, cut).image;
 }
 
 }  // namespace meshgauge::check

@@ -1,23 +1,16 @@
 // Renders a mesh coloured by distance.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <vector>
 
 #include "api/map/colour_map.h"
 #include "check/html/camera.h"
+#include "check/html/image.h"
 #include "engine/thread_pool.h"
 
 namespace meshgauge::check {
-
-struct Image {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> rgba;  // rows from the top; transparent where there is no mesh
-};
 
 // The side of the triangles that is inside the part, visible where the part has a hole.
 enum class Inside { unknown, front, back };  // front: corners run counterclockwise as seen
@@ -26,7 +19,8 @@ enum class Inside { unknown, front, back };  // front: corners run counterclockw
 Inside inside_of(MeshView mesh, const Camera& camera);
 
 struct Paint {
-  std::function<double(const Vec3&)> distance;  // distance of a point of the surface, in the meshes' unit; thread safe
+  // The distance of a point of the surface, in the meshes' unit; thread safe. Empty: the surface is grey.
+  std::function<double(const Vec3&)> distance;
   api::ColourScale scale;
   Inside inside = Inside::unknown;  // drawn darker
 };
@@ -38,6 +32,12 @@ struct Paint {
 Image render(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool,
              double cut = std::numeric_limits<double>::infinity());
 
-std::vector<std::byte> to_png(const Image& image);  // throws std::bad_alloc if memory is short
+// The same, with the depth (Seen::depth) of what is visible at each pixel; -infinity where nothing is.
+struct Rendered {
+  Image image;
+  std::vector<float> depth;
+};
+Rendered render_with_depth(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool,
+                           double cut = std::numeric_limits<double>::infinity());
 
 }  // namespace meshgauge::check

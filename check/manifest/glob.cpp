@@ -28,7 +28,8 @@ bool is_missing(const std::error_code& failed) {
 
 class Walk {
  public:
-  Walk(fs::path folder, std::string_view pattern) : folder_(std::move(folder)), parts_(components(pattern)) {
+  Walk(fs::path folder, std::string_view pattern, FolderLinks links)
+      : folder_(std::move(folder)), parts_(components(pattern)), links_(links) {
     while (fixed_ + 1 < parts_.size() && !is_glob(parts_[fixed_])) ++fixed_;
     if (parts_.back() == "**") parts_.emplace_back("*");
   }
@@ -56,14 +57,21 @@ class Walk {
     std::error_code failed;
     const bool is = fs::is_directory(folder_ / written, failed);
     stop_if(failed, folder_ / written);
-    return is;
+    return is && !is_refused(folder_ / written);
   }
 
   bool is_folder(const fs::directory_entry& entry) {
     std::error_code failed;
     const bool is = entry.is_directory(failed);
     stop_if(failed, entry.path());
-    return is;
+    return is && !is_refused(entry.path());
+  }
+
+  bool is_refused(const fs::path& folder) {
+    std::error_code none;
+    if (links_ == FolderLinks::followed || !fs::is_symlink(folder, none)) return false;
+    if (!error) error = refused("finds the symbolic link " + shown_path(folder) + ", which is not followed");
+    return true;
   }
 
   // Calls visit(entry, name) for each entry of a folder.
@@ -114,6 +122,7 @@ class Walk {
 
   fs::path folder_;
   std::vector<std::string> parts_;
+  const FolderLinks links_;
   std::size_t fixed_ = 0;  // components before the first wildcard
   std::size_t looked_at_ = 0;
 };
@@ -141,9 +150,9 @@ Result<Done> check_glob(std::string_view pattern) {
   return Done{};
 }
 
-Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern) {
+Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern, FolderLinks links) {
   const Utf8Locale utf8;
-  Walk walk(folder, pattern);
+  Walk walk(folder, pattern, links);
   walk.into(pattern.starts_with('/') ? "/" : "", "", 0);
   if (walk.error) return *walk.error;
   std::ranges::sort(walk.found, {}, &Match::path);

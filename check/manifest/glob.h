@@ -24,6 +24,9 @@ bool matches(const std::string& pattern, const std::string& text);
 // Checks a pattern. The Error is the end of a sentence ("has a '[' that is not closed ...").
 Result<Done> check_glob(std::string_view pattern);
 
+// Symbolic links to folders. A glob that meets one that is refused is an error.
+enum class FolderLinks { followed, refused };
+
 struct Match {
   std::string path;  // as the pattern is written: relative to the folder, or absolute
   std::string
@@ -33,7 +36,8 @@ struct Match {
 // Returns the matching files in the order of their names. '?' and '[..]' stand for one character of UTF-8. A wildcard
 // does not match a leading dot. A link to a file is a file; ** does not follow links to folders, which may form a
 // circle. Errors: a folder that cannot be read, or a limit above. Precondition: check_glob() accepts the pattern.
-Result<std::vector<Match>> glob(const std::filesystem::path& folder, std::string_view pattern);
+Result<std::vector<Match>> glob(const std::filesystem::path& folder, std::string_view pattern,
+                                FolderLinks links = FolderLinks::followed);
 
 // The parts below are for what else looks files up by patterns.
 

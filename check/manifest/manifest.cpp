@@ -7,8 +7,10 @@
 
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
+#include "api/base/text.h"
 #include "api/base/utf8.h"
 #include "api/base/whole_file.h"
+#include "api/compare/mesh_file.h"
 #include "check/files.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/manifest_text.h"
@@ -82,6 +84,9 @@ fs::path as_written(const fs::path& folder, const std::string& text) {
 struct Lookup {
   Baselines baselines = Baselines::must_exist;
   const Selection& only;
+  std::shared_ptr<const api::Confines> confines{};  // Gate::confines
+
+  FolderLinks links() const { return confines ? FolderLinks::refused : FolderLinks::followed; }
 };
 
 // Expands the entries of a manifest to gates: looks up globs, fills in names, checks files.
@@ -98,6 +103,7 @@ class Expansion {
   std::vector<Gate> gates;
 
   void add(const Entry& entry) {
+    if (leads_out(entry)) return;
     std::map<std::string, std::string> taken;  // baseline -> its candidate, within this entry
     const std::vector<Match> found = candidates(entry);
     if (!found.empty()) found_.push_back({&entry, gates.size()});
@@ -138,11 +144,26 @@ class Expansion {
   }
 
  private:
+  // Whether its files may lie where none may be read, which is a mistake.
+  bool leads_out(const Entry& entry) {
+    bool is_out = false;
+    for (const Written* path : {&entry.candidate, &entry.baseline}) {
+      const std::vector<std::string> parts = components(path->text);
+      const bool stays = !path->text.starts_with('/') && std::ranges::find(parts, std::string("..")) == parts.end();
+      if (stays || !lookup_.confines) continue;
+      mistakes_.add(path->place, "the path " + api::shown_text(path->text) +
+                                     " may lead out of the folders that may be read: write it relative to the "
+                                     "manifest's folder, without '..'");
+      is_out = true;
+    }
+    return is_out;
+  }
+
   std::vector<Match> candidates(const Entry& entry) {
     const Written& candidate = entry.candidate;
     if (candidate.text.empty()) return {};
     if (!is_glob(candidate.text)) return {{candidate.text, ""}};
-    auto found = glob(root(), candidate.text);
+    auto found = glob(root(), candidate.text, lookup_.links());
     if (found && !found->empty()) return std::move(found).value();
     if (!lookup_.only.may_hold(filled(entry.name.text, {"*", "*", "*"}))) return {};
     mistakes_.add(candidate.place, subject_of(entry) + (found ? finds_nothing(candidate.text) : found.error().message));
@@ -167,7 +188,7 @@ class Expansion {
 
   void check_passed_over(const Found& found) {
     const Entry& entry = *found.entry;
-    PassedOverFiles over = passed_over(root(), entry.candidate.text);
+    PassedOverFiles over = passed_over(root(), entry.candidate.text, lookup_.links());
     std::erase_if(over.files, [&](const PassedOver& file) {
       const std::string name = fs::path(file.path).filename().string();
       NameParts parts = name_parts(name, "*");
@@ -183,14 +204,14 @@ class Expansion {
 
   void check_unmatched(const Entry& entry) {
     const std::string pattern = baseline_glob(entry.candidate.text, entry.baseline.text);
-    const auto found = glob(root(), pattern);
+    const auto found = glob(root(), pattern, lookup_.links());
     if (!found) {
       mistakes_.add(entry.baseline.place, "gate " + api::shown_text(entry.name.text) + ": the baseline " +
                                               api::shown_text(entry.baseline.text) + " " + found.error().message);
       return;
     }
     for (const Match& match : *found) check_unmatched(entry, match.path);
-    for (const PassedOver& file : passed_over(root(), pattern).files) {
+    for (const PassedOver& file : passed_over(root(), pattern, lookup_.links()).files) {
       if ((file.why & of_leading_dot) == 0 && !is_taken(file.path)) check_unmatched(entry, file.path);
     }
   }
@@ -226,7 +247,7 @@ class Expansion {
     if (fs::exists(folder_ / pattern, none)) {
       return "finds no file, though there is one of exactly this name: write '[[]' for a '[' in it";
     }
-    const PassedOverFiles over = passed_over(root(), pattern);
+    const PassedOverFiles over = passed_over(root(), pattern, lookup_.links());
     std::string near;
     for (const std::string& words : passed_over_in_words(pattern, over.files)) near += "; it " + words;
     if (const std::string hidden = hidden_in_words(pattern, over); !hidden.empty()) near += "; " + hidden;
@@ -240,6 +261,7 @@ class Expansion {
     const NameParts parts = name_parts(fs::path(match.path).filename().string(), match.dir);
     Gate gate = entry.gate;
     gate.manifest = manifest_;
+    gate.confines = lookup_.confines;
     gate.name = filled(entry.name.text, parts);
     gate.candidate = as_written(folder_, match.path);
     check_name(entry, gate.name);
@@ -273,7 +295,18 @@ class Expansion {
     mistakes_.add(entry.name.place, message);
   }
 
+  // Whether the file may be read, if that is confined; what is wrong is a defect of the gate.
+  bool check_confined(Gate& gate, Place place, const fs::path& file, const std::string& what) const {
+    if (!gate.confines) return true;
+    std::error_code failed;
+    const auto found = gate.confines->roots.find(fs::absolute(file, failed).string());
+    const auto ok = found ? api::WholeFile::check_below(found->folder, found->name) : Result<Done>(found.error());
+    if (!ok) add_defect(gate, place, what + " " + ok.error().message);
+    return ok.ok();
+  }
+
   void check_candidate(const Entry& entry, Gate& gate) {
+    if (!check_confined(gate, entry.candidate.place, gate.candidate, "the candidate") || gate.confines) return;
     if (const auto wrong = file_defect(gate.candidate))
       add_defect(
           gate, entry.candidate.place,
@@ -281,6 +314,8 @@ class Expansion {
   }
 
   void check_baseline(const Entry& entry, Gate& gate) {
+    if (lookup_.baselines == Baselines::of_revision) return;
+    if (!check_confined(gate, entry.baseline.place, gate.baseline, "the baseline")) return;
     const std::string subject = "the baseline " + shown_path(gate.baseline) + " ";
     if (is_same_file(gate.candidate, gate.baseline)) {
       mistakes_.add(entry.baseline.place, "gate " + api::shown_text(gate.name) + ": " + subject +
@@ -342,6 +377,12 @@ std::vector<Gate> expand(const std::vector<Entry>& entries, const fs::path& mani
   return std::move(expansion.gates);
 }
 
+Result<std::string> read_confined(const api::Roots::Place& place) {
+  const auto file = api::WholeFile::open_below(place.folder, place.name, kMaxYamlBytes);
+  if (!file) return file.error();
+  return std::string(api::as_text(file->bytes()));
+}
+
 Result<std::string> read_file(const std::filesystem::path& file) {
   std::error_code none;
   if (std::filesystem::is_directory(file, none)) return refused("is a folder: name the manifest in it");
@@ -354,6 +395,20 @@ void add_defects(const std::vector<Gate>& gates, Mistakes& mistakes) {
     for (const Mistake& defect : gate.defects)
       mistakes.add({defect.line, defect.column}, "gate " + api::shown_text(gate.name) + ": " + defect.message);
   }
+}
+
+// `text`: of the manifest.
+Gates gates_in(const Result<std::string>& text, const fs::path& manifest, const Lookup& lookup) {
+  Mistakes mistakes;
+  Gates result;
+  if (text) {
+    result.gates = expand(read_manifest(*text, mistakes), manifest, lookup, mistakes);
+    if (!mistakes.empty()) add_defects(result.gates, mistakes);
+  } else {
+    mistakes.add({}, text.error().message);
+  }
+  result.mistakes = std::move(mistakes).sorted();
+  return result;
 }
 
 }  // namespace
@@ -381,17 +436,14 @@ std::vector<Mistake> defects_of(const Gates& read) {
 }
 
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines, const Selection& only) {
-  Mistakes mistakes;
-  Gates result;
-  const auto text = read_file(manifest);
-  if (text) {
-    result.gates = expand(read_manifest(*text, mistakes), manifest, {baselines, only}, mistakes);
-    if (!mistakes.empty()) add_defects(result.gates, mistakes);
-  } else {
-    mistakes.add({}, text.error().message);
-  }
-  result.mistakes = std::move(mistakes).sorted();
-  return result;
+  return gates_in(read_file(manifest), manifest, {baselines, only});
+}
+
+Gates gates_within(const std::shared_ptr<const api::Confines>& confines, const std::string& manifest,
+                   const Selection& only) {
+  const auto place = confines->roots.find(manifest);
+  const auto text = place ? read_confined(*place) : Result<std::string>(place.error());
+  return gates_in(text, place ? place->path() : manifest, {Baselines::must_exist, only, confines});
 }
 
 }  // namespace meshgauge::check

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -15,8 +16,9 @@ namespace meshgauge::check {
 
 inline constexpr std::size_t kMaxGates = 10'000;
 
-// `may_be_missing` is for --update-baselines.
-enum class Baselines { must_exist, may_be_missing };
+// `may_be_missing` is for --update-baselines, `of_revision` for --against: they are looked up later, and may have the
+// paths of their candidates.
+enum class Baselines { must_exist, may_be_missing, of_revision };
 
 // Selects gates of a manifest by name: --only.
 class Selection {
@@ -51,6 +53,12 @@ std::vector<Mistake> defects_of(const Gates& read);
 // kMaxGates, and kMaxGlobEntries for each glob.
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines = Baselines::must_exist,
                const Selection& only = {});
+
+// As gates_of(), for a client that is not trusted: finds the manifest by the roots (Roots::find), reads and lists
+// nothing outside of them, and follows no symbolic link below them. Absolute paths in the manifest and '..' are
+// mistakes. The gates have these confines.
+Gates gates_within(const std::shared_ptr<const api::Confines>& confines, const std::string& manifest,
+                   const Selection& only = {});
 
 // Returns a glob of every baseline that candidates of the glob `candidate` could have by the template `baseline`: for
 // "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". It may match more files, never fewer. It

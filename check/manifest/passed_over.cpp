@@ -27,7 +27,8 @@ std::string with_slashes(std::string_view pattern) {
 
 class Look {
  public:
-  Look(fs::path folder, const std::string& pattern) : folder_(std::move(folder)), parts_(components(pattern)) {
+  Look(fs::path folder, const std::string& pattern, FolderLinks links)
+      : folder_(std::move(folder)), parts_(components(pattern)), links_(links) {
     if (pattern.starts_with('/')) {
       while (fixed_ + 1 < parts_.size() && !is_glob(parts_[fixed_])) ++fixed_;
     }
@@ -46,12 +47,17 @@ class Look {
     each(written, [&](const fs::directory_entry& entry, const std::string& name) {
       const auto more = differences(part, name);
       if (i + 1 == parts_.size() && more) add(entry, joined(written, name), why | *more);
-      if (i + 1 < parts_.size() && more && entry.is_directory(none)) into(joined(written, name), i + 1, why | *more);
+      if (i + 1 < parts_.size() && more && is_folder(entry)) into(joined(written, name), i + 1, why | *more);
       if (i + 1 < parts_.size()) add_archived(entry, joined(written, name), name, i, why);
     });
   }
 
  private:
+  bool is_folder(const fs::directory_entry& entry) const {
+    std::error_code none;
+    return entry.is_directory(none) && (links_ == FolderLinks::followed || !entry.is_symlink(none));
+  }
+
   template <class Visit>
   void each(const std::string& written, Visit visit) {
     std::error_code failed;
@@ -92,6 +98,7 @@ class Look {
 
   fs::path folder_;
   std::vector<std::string> parts_;
+  const FolderLinks links_;
   std::size_t fixed_ = 0;  // components of an absolute pattern whose other spellings are of no interest
   std::size_t looked_at_ = 0;
 };
@@ -128,10 +135,10 @@ std::string of_backslash(std::string_view pattern, const std::vector<std::string
 
 }  // namespace
 
-PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern) {
+PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern, FolderLinks links) {
   const Utf8Locale utf8;
   const std::string meant = with_slashes(pattern);
-  Look look(folder, meant);
+  Look look(folder, meant, links);
   look.into(pattern.starts_with('/') ? "/" : "", 0, meant == pattern ? 0U : unsigned{of_backslashes});
   std::vector<PassedOver>& files = look.found.files;
   std::ranges::sort(files,

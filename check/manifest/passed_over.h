@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "check/manifest/glob.h"
+
 namespace meshgauge::check {
 
 struct PassedOver {
@@ -20,7 +22,8 @@ struct PassedOverFiles {
 
 // Looks where glob() looks, and into folders whose names differ from the pattern in the same ways. What cannot be read
 // is left out. Precondition: check_glob() accepts the pattern.
-PassedOverFiles passed_over(const std::filesystem::path& folder, std::string_view pattern);
+PassedOverFiles passed_over(const std::filesystem::path& folder, std::string_view pattern,
+                            FolderLinks links = FolderLinks::followed);
 
 // Returns "passes over 'parts/X.STL', which it misses only by upper and lower case: ...", with what to do; for each
 // kind of difference one. Files are named up to a few. Leading dots are left out.

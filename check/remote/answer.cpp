@@ -19,8 +19,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kUrn = "urn:meshgauge:problem:";
-
 ErrorCode code_of(std::string_view slug) {
   if (slug == "quota-exceeded") return ErrorCode::storage_full;
   for (const api::ProblemRow& row : api::problem_table()) {
@@ -164,8 +162,9 @@ bool is_answer_to(const Json& comparison, const Gate& gate_asked) {
 std::optional<Problem> problem_from(const Json& json) {
   if (!json.is_object()) return std::nullopt;
   const std::string type = text(json, "type");
-  if (!type.starts_with(kUrn)) return std::nullopt;
-  Problem problem{one_line(type.substr(kUrn.size()), 64), one_line(text(json, "detail")), "", ""};
+  const std::string slug(api::slug_of(type));
+  if (slug.empty()) return std::nullopt;
+  Problem problem{one_line(slug, 64), one_line(text(json, "detail")), "", ""};
   const auto errors = json.find("errors");
   if (errors == json.end() || !errors->is_array() || errors->empty() || !errors->front().is_object()) return problem;
   problem.part = one_line(text(errors->front(), "part"), 64);

@@ -28,6 +28,9 @@ constexpr const char* kFirstPollWaits = "wait=1";
 // Between two polls: the first; then half as much again each time, up to the last.
 constexpr milliseconds kFirstPoll{50}, kLastPoll{1000};
 constexpr milliseconds kCancelPoll{50};
+// How often it may change whether anything runs before a comparison has to end: a service tries each some times and
+// then fails it. One that is broken could change it for ever.
+constexpr int kMostChanges = 16;
 
 std::string path_of(const std::string& id) { return "/v1/batches/" + id; }
 
@@ -142,6 +145,7 @@ std::optional<BatchState> Batch::ours(const HttpAnswer& reply) const {
 Batch::Outcome Batch::follow(const std::string& id) {
   std::size_t ended = 0;
   bool runs = false;
+  int changes = 0;
   read_ = Clock::now();
   milliseconds interval = kFirstPoll;
   HttpRequest request{"GET", path_of(id), {{"Prefer", kFirstPollWaits}}};
@@ -154,7 +158,8 @@ Batch::Outcome Batch::follow(const std::string& id) {
     if (!batch || batch->id != id) return failed(*reply);
     for (const auto& [place, progress] : batch->running) pairs_[place]->report(progress);
     const bool did_run = std::exchange(runs, !batch->running.empty());
-    if (batch->ended > ended || runs != did_run) wall = Clock::now() + slack(runs);
+    if (batch->ended > ended) changes = 0;
+    if (batch->ended > ended || (runs != did_run && ++changes <= kMostChanges)) wall = Clock::now() + slack(runs);
     ended = std::max(ended, batch->ended);
     const auto there = batch->finished || due(*batch) ? read(id) : Result<Done>(Done{});
     if (control_.check() == Interruption::cancelled) return cancel(id);

@@ -46,7 +46,7 @@ Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control
 
 // Refuses a file that cannot be a mesh without sending it, with the message that the reader would give.
 Result<std::string> Sender::hash(const Gate& gate, const std::filesystem::path& file, Control& control) {
-  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get());
+  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get(), gate.copies.get());
   if (!whole) return whole.error();
   const std::string name = file.string();
   // Gzip-compressed files are checked by the service.
@@ -73,7 +73,7 @@ Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file
 
 Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control) {
   control.report({0, Progress{}.upper, "send"});
-  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get());
+  const auto whole = api::MeshFile::open(file.string(), gate.pipes.get(), gate.copies.get());
   if (!whole) return whole.error();
   const HttpRequest request{"PUT",
                             "/v1/meshes/" + id,

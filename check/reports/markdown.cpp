@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "check/picture_name.h"
+#include "check/reports/earlier.h"
 #include "check/reports/history.h"
 #include "check/reports/wording.h"
 
@@ -17,20 +19,17 @@ constexpr int kBarCells = 24;
 constexpr std::size_t kNameBytes = 300;    // of a name; a path may have 4096 bytes
 constexpr std::size_t kProseBytes = 2000;  // of a sentence
 constexpr std::size_t kReserved = 400;     // room for the end of a fold and the line about what is left out
+constexpr std::size_t kChanges = 20;       // shown of those since an earlier run
 
-// Cuts between characters of UTF-8.
-std::string cut(std::string text, std::size_t bytes) {
-  if (text.size() <= bytes) return text;
-  while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xC0U) == 0x80U) --bytes;
-  return text.substr(0, bytes) + "...";
-}
+// A comment has the limits that are kept in its fold, and says where pictures belong.
+enum class Form { summary, comment };
 
 // Code span for a table. '|' would end the cell and a backslash before it is read differently by each forge, so it is
 // escaped. The fence is longer than any run of backticks inside.
 std::string code(const std::string& name) {
   std::string body;
   std::size_t run = 0, longest = 0;
-  for (const char c : cut(shown_name(name), kNameBytes)) {
+  for (const char c : cut_at(shown_name(name), kNameBytes)) {
     body += c == '|' ? std::string("\\x7C") : std::string(1, c);
     run = c == '`' ? run + 1 : 0;
     longest = std::max(longest, run);
@@ -54,7 +53,7 @@ std::string entity(char c) { return "&#" + std::to_string(static_cast<unsigned c
 // Escapes text for a sentence. Entities are shown as characters, never read as Markdown or HTML.
 std::string in_prose(const std::string& whole) {
   std::string out;
-  const std::string text = cut(whole, kProseBytes);
+  const std::string text = cut_at(whole, kProseBytes);
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     const bool address = c == 'w' && text.compare(i, 4, "www.") == 0;  // forges make a link of it
@@ -149,6 +148,7 @@ std::string title_of(const Report& report, const std::vector<Row>& rows) {
   const auto allowed = std::count_if(rows.begin(), rows.end(), [](const Row& r) { return r.level == Level::warning; });
   if (allowed > 0) title += " " + std::to_string(allowed) + " of them only warn.";
   if (report.interrupted) title += " The run was interrupted.";
+  if (report.against) title += " Baselines are those of " + code(report.against->in_words()) + ".";
   return title + "\n";
 }
 
@@ -163,10 +163,37 @@ std::string batches_of(const Report& report) {
   return text + (count > shown ? " and " + std::to_string(count - shown) + " more" : "") + "\n";
 }
 
+// What is not as it was in the run of --since.
+std::string changes_of(const Report& report) {
+  if (!report.since) return "";
+  const std::string since = " since " + code(report.since->name);
+  if (!report.since->problem.empty())
+    return "\nWhat changed" + since + " is not known: " + in_prose(shown_name(report.since->problem)) + ".\n";
+  const std::vector<Change> changes = changes_since(*report.since, report);
+  if (changes.empty()) return "\nNothing changed" + since + ".\n";
+  std::string text = "\nChanged" + since + ":\n\n| gate | before | now |\n|---|---|---|\n";
+  for (std::size_t i = 0; i < std::min(changes.size(), kChanges); ++i) {
+    const Change& change = changes[i];
+    text += "| " + code(change.gate) + " | " + (change.before.empty() ? "new" : in_prose(change.before)) + " | " +
+            (change.now.empty() ? "gone" : in_prose(change.now)) + " |\n";
+  }
+  if (changes.size() > kChanges) text += "\nAnd " + counted(changes.size() - kChanges, "other", "others") + ".\n";
+  return text;
+}
+
 constexpr const char* kTable =
     "\n| | gate | distance | limit | `│` is the limit, `█` where the distance is |\n|---|---|---|---|---|\n";
 
-std::string line_of(const Row& row) {
+std::string line_of(const GateOutcome& outcome, const CriterionWords& one) {
+  return "| " + std::string(to_string(one.criterion.verdict)) + " | " + code(outcome.gate.name) + ": " +
+         in_prose(one.name) + " | " + in_prose(one.interval) + " | " + in_prose(one.limit) + " | " +
+         bar_of(one.criterion) + " |\n";
+}
+
+bool is_kept(const CriterionWords& one) { return one.criterion.verdict == api::Verdict::pass; }
+
+// The gate, and each of its limits where it has several; in a comment those of an open gate that are not kept.
+std::string line_of(const Row& row, Form form) {
   const GateOutcome& outcome = *row.outcome;
   std::string verdict(to_string(outcome.verdict()));
   if (outcome.measured && !outcome.measured->link.empty())
@@ -178,11 +205,21 @@ std::string line_of(const Row& row) {
   const auto all = criteria_in_words(outcome);
   if (all.size() < 2) return line;
   for (const CriterionWords& one : all) {
-    line += "| " + std::string(to_string(one.criterion.verdict)) + " | " + code(outcome.gate.name) + ": " +
-            in_prose(one.name) + " | " + in_prose(one.interval) + " | " + in_prose(one.limit) + " | " +
-            bar_of(one.criterion) + " |\n";
+    if (form == Form::summary || row.level == Level::ok || !is_kept(one)) line += line_of(outcome, one);
   }
   return line;
+}
+
+// The limits that line_of() leaves out of a comment.
+std::vector<std::string> kept_lines(const std::vector<Row>& open) {
+  std::vector<std::string> lines;
+  for (const Row& row : open) {
+    const auto all = criteria_in_words(*row.outcome);
+    for (const CriterionWords& one : all) {
+      if (all.size() > 1 && is_kept(one)) lines.push_back(line_of(*row.outcome, one));
+    }
+  }
+  return lines;
 }
 
 std::string sentence_of(const GateOutcome& outcome) {
@@ -192,22 +229,35 @@ std::string sentence_of(const GateOutcome& outcome) {
   return sentence + ".";
 }
 
-std::string section_of(const Row& row) {
+std::string picture_mark(const GateOutcome& outcome) {
+  return "<!-- picture: " + picture_name(outcome.gate.name) + " -->";
+}
+
+// "last 5 runs of the distance, the limit is the height of `▅`: `▂▂▃▄▆`" for each limit; none without --history.
+std::vector<std::string> courses_of(const GateOutcome& outcome) {
+  std::vector<std::string> courses;
+  for (const Chart& chart : charts_of(outcome)) {
+    if (const std::string runs = sparkline(chart.runs); !runs.empty())
+      courses.push_back("last " + std::to_string(chart.runs.size()) + " runs of " + in_prose(chart.what) +
+                        ", the limit" + margin_of(chart) + " is the height of `▅`: `" + runs + "`");
+  }
+  return courses;
+}
+
+std::string section_of(const Row& row, Form form) {
   const GateOutcome& outcome = *row.outcome;
   std::string text = std::string("\n### ") + icon_of(row) + " " + code(outcome.gate.name) + "\n\n";
   text += paragraph(sentence_of(outcome)) + "\n";
   if (const std::string advice = advice_of(outcome); !advice.empty()) text += "\n" + paragraph(advice) + "\n";
+  // What posts the comment knows whether there is a picture, and its address.
+  if (form == Form::comment && outcome.measured) text += "\n" + picture_mark(outcome) + "\n";
   text += "\n";
   if (outcome.measured && !outcome.measured->link.empty()) {
     text += "- [See the difference](<" + outcome.measured->link + ">), as long as the service keeps the result\n";
   }
   if (const std::string witness = witness_of(outcome); !witness.empty())
     text += "- witness " + in_prose(witness) + "\n";
-  for (const Chart& chart : charts_of(outcome)) {
-    if (const std::string runs = sparkline(chart.runs); !runs.empty())
-      text += "- last " + std::to_string(chart.runs.size()) + " runs of " + in_prose(chart.what) + ", the limit" +
-              margin_of(chart) + " is the height of `▅`: `" + runs + "`\n";
-  }
+  for (const std::string& course : courses_of(outcome)) text += "- " + course + "\n";
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
@@ -238,33 +288,47 @@ class Page {
   bool full_ = false;
 };
 
-// Returns the number of rows that did not fit.
-std::size_t add_table(Page& page, const std::vector<Row>& rows) {
-  if (rows.empty()) return 0;
+// Returns the number of rows that did not fit. `more`: lines behind those of the rows.
+std::size_t add_table(Page& page, const std::vector<Row>& rows, Form form, const std::vector<std::string>& more = {}) {
+  if (rows.empty() && more.empty()) return 0;
   std::size_t written = 0;
   if (page.add(kTable)) {
-    while (written < rows.size() && page.add(line_of(rows[written]))) ++written;
+    while (written < rows.size() && page.add(line_of(rows[written], form))) ++written;
+    for (const std::string& line : more) page.add(line);
   }
   return rows.size() - written;
 }
 
+// "3 gates and 2 limits of others passed"
+std::string title_of_fold(std::size_t gates, std::size_t limits) {
+  if (gates == 0) return counted(limits, "limit", "limits") + " passed";
+  const std::string others = limits > 0 ? " and " + counted(limits, "limit", "limits") + " of others" : "";
+  return counted(gates, "gate", "gates") + others + " passed";
+}
+
 // A candidate that was moved is named, and what was not measured, also where the gate passes.
-void add_notes(Page& page, const std::vector<Row>& rows) {
+std::vector<std::string> notes_of_passed(const GateOutcome& outcome) {
+  std::vector<std::string> notes;
+  for (const std::string& note : unmeasured_of(outcome)) notes.push_back(in_prose(note));
+  const auto& measured = outcome.measured;
+  if (measured->motion && !measured->notes.empty()) notes.push_back(in_prose(shown_name(measured->notes.front())));
+  return notes;
+}
+
+// A list of what is said of the gates that pass: first all notes, since the page may end in it.
+void add_list(Page& page, const std::vector<Row>& rows) {
   const char* before = "\n";
-  for (const Row& row : rows) {
-    std::vector<std::string> notes = unmeasured_of(*row.outcome);
-    const auto& measured = row.outcome->measured;
-    if (measured->motion && !measured->notes.empty()) notes.push_back(shown_name(measured->notes.front()));
-    for (const std::string& note : notes) {
-      if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + in_prose(note) + "\n")) return;
-      before = "";
+  for (const auto& said_of : {notes_of_passed, courses_of}) {
+    for (const Row& row : rows) {
+      for (const std::string& said : said_of(*row.outcome)) {
+        if (!page.add(before + ("- " + code(row.outcome->gate.name)) + ": " + said + "\n")) return;
+        before = "";
+      }
     }
   }
 }
 
-}  // namespace
-
-std::string to_markdown(const Report& report, std::size_t max_bytes) {
+std::string to_text(const Report& report, Form form, std::size_t max_bytes) {
   const std::vector<Row> rows = rows_of(report);
   const auto is_ok = [](const Row& row) { return row.level == Level::ok; };
   const auto first_ok = std::find_if(rows.begin(), rows.end(), is_ok);
@@ -273,14 +337,16 @@ std::string to_markdown(const Report& report, std::size_t max_bytes) {
   Page page(max_bytes);
   page.add(title_of(report, rows));
   page.add(batches_of(report));
-  std::size_t left_out = add_table(page, open);
+  page.add(changes_of(report));
+  std::size_t left_out = add_table(page, open, form);
   for (const Row& row : open) {
-    if (!page.add(section_of(row))) break;
+    if (!page.add(section_of(row, form))) break;
   }
-  if (!passed.empty() &&
-      page.add("\n<details><summary>" + counted(passed.size(), "gate", "gates") + " passed</summary>\n")) {
-    left_out += add_table(page, passed);
-    add_notes(page, passed);
+  const std::vector<std::string> kept = form == Form::comment ? kept_lines(open) : std::vector<std::string>();
+  if (passed.size() + kept.size() > 0 &&
+      page.add("\n<details><summary>" + title_of_fold(passed.size(), kept.size()) + "</summary>\n")) {
+    left_out += add_table(page, passed, form, kept);
+    add_list(page, passed);
     page.close("\n</details>\n");
   } else {
     left_out += passed.size();
@@ -288,6 +354,16 @@ std::string to_markdown(const Report& report, std::size_t max_bytes) {
   if (left_out > 0) page.close("\n" + counted(left_out, "more gate", "more gates") + " found no room here.\n");
   if (left_out == 0 && page.full()) page.close("\nNot all details found room here.\n");
   return std::move(page).take();
+}
+
+}  // namespace
+
+std::string to_markdown(const Report& report, std::size_t max_bytes) {
+  return to_text(report, Form::summary, max_bytes);
+}
+
+std::string to_comment(const Report& report, std::size_t max_bytes) {
+  return to_text(report, Form::comment, max_bytes);
 }
 
 }  // namespace meshgauge::check

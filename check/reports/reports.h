@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
 #include "check/outcome.h"
@@ -20,11 +21,25 @@ std::string to_junit(const Report& report,
 // Below GitHub's limit of 1 MiB for a summary, which other steps add to.
 inline constexpr std::size_t kMarkdownBytes = 900'000;
 
-// Markdown, for the summary of a job (GITHUB_STEP_SUMMARY) or a comment on a merge request: failures first; passed
-// gates are folded. Names are code spans and sentences are escaped, so that nothing in them is read as Markdown, HTML,
-// a link, a mention or a reference. At most max_bytes long (at least 1000); the last line counts the gates that do not
-// fit.
+// Markdown, for the summary of a job (GITHUB_STEP_SUMMARY): what changed since Report::since, then failures first;
+// passed gates are folded. Names are code spans and sentences are escaped, so that nothing in them is read as Markdown,
+// HTML, a link, a mention or a reference. At most max_bytes long (at least 1000); the last line counts the gates that
+// do not fit.
 std::string to_markdown(const Report& report, std::size_t max_bytes = kMarkdownBytes);
+
+// The same for a comment on a pull request. Of gates that do not pass, limits that are kept are in the fold. Behind the
+// advice of each measured one stands `<!-- picture: NAME -->`, which is not shown, for a link to the picture where
+// there is one; NAME is that of check/picture_name.h.
+inline constexpr std::size_t kCommentBytes = 60'000;  // GitHub takes 65,536 characters
+std::string to_comment(const Report& report, std::size_t max_bytes = kCommentBytes);
+
+// Lines of GitHub's workflow commands, "::error file=gates.yaml,line=7,title=...::Gate 'lid': ...", which its pages
+// show at the gate's line of the manifest (without a manifest: at the candidate): error for what counts, warning for a
+// fail and notice for an undecided that are allowed, and for a pass of which something was not measured. Escaped as
+// GitHub's toolkit does. At most ten of each, since GitHub shows no more of a step: the worst first, the last one
+// counts the others. `top`: folder of the repository, absolute, that files are named from; empty: they stay as they
+// are.
+std::string to_annotations(const Report& report, const std::filesystem::path& top = {});
 
 // SARIF 2.1.0, for GitHub's code scanning and other viewers. Each gate that did not pass is a result at its line of the
 // manifest (without a manifest: at the candidate), with both files as related locations. Level: error for what counts,

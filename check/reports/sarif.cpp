@@ -98,7 +98,8 @@ Json result_of(const GateOutcome& outcome, Undecided undecided) {
   const std::string fingerprint = fingerprint_of(outcome.gate);
   Json meshes = Json::array();
   if (!outcome.gate.candidate.empty()) meshes.push_back(related(1, "The candidate", outcome.gate.candidate));
-  if (!outcome.gate.baseline.empty()) meshes.push_back(related(2, "The baseline", outcome.gate.baseline));
+  const bool is_file = !outcome.gate.baseline.empty() && !outcome.gate.copies;  // else of a revision
+  if (is_file) meshes.push_back(related(2, "The baseline", outcome.gate.baseline));
   Json result{{"ruleId", rules()[rule].id},
               {"ruleIndex", rule},
               {"level", level_of(outcome, undecided)},
@@ -137,6 +138,7 @@ Json invocation_of(const Report& report) {
 Json counts_of(const Report& report) {
   Json counts{{"gates", report.outcomes.size()}};
   for (const auto& [verdict, name] : kVerdicts) counts[std::string(name)] = report.count(verdict);
+  if (report.against) counts["against"] = shown_name(report.against->in_words());
   return counts;
 }
 

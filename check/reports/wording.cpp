@@ -47,10 +47,6 @@ std::string visible(std::string_view bytes, bool keep_lines) {
   return out;
 }
 
-std::string unit_of(const GateOutcome& outcome, const Criterion& criterion) {
-  return criterion.beyond ? "%" : outcome.unit();
-}
-
 std::string in_percent_of_diagonal(double share) { return to_digits(100 * share, kDigits) + " %"; }
 
 // The limit of the distance as the gate has it: of the region, of the side, or of the gate.
@@ -86,15 +82,6 @@ std::string joined(const std::string& one, const std::string& other, const char*
   return one.empty() || other.empty() ? one + other : one + by + other;
 }
 
-std::string interval_in_words(const GateOutcome& outcome, const Criterion& criterion) {
-  const IntervalText figures = figures_of(criterion);
-  const std::string unit = unit_of(outcome, criterion), side = side_of(criterion);
-  if (criterion.verdict == api::Verdict::fail && criterion.upper - criterion.lower > criterion.lower)
-    return "at least " + with_unit(figures.lower, unit) + side;
-  if (!criterion.refused.empty()) return "no sides";
-  return with_unit(figures.lower + " .. " + figures.upper, unit) + side;
-}
-
 std::string finding_of(const GateOutcome& outcome, const Criterion& criterion) {
   return shown_name(
       api::finding_of(criterion, outcome.unit(), criterion.beyond ? "" : limit_in_words(outcome, criterion)));
@@ -122,6 +109,12 @@ std::string shown_name(std::string_view bytes) {
 
 std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 
+std::string cut_at(std::string text, std::size_t bytes) {
+  if (text.size() <= bytes) return text;
+  while (bytes > 0 && is_within_character(text[bytes])) --bytes;
+  return text.substr(0, bytes) + "...";
+}
+
 std::string limit_of(const GateOutcome& outcome) {
   if (outcome.measured) return limit_in_words(outcome, outcome.measured->foremost());
   std::string text;
@@ -136,7 +129,17 @@ std::string limit_of(const GateOutcome& outcome) {
 std::string interval_of(const GateOutcome& outcome) {
   if (!outcome.measured) return "";
   const Criterion& foremost = outcome.measured->foremost();
-  return (foremost.region.empty() ? "" : shown_name(foremost.region) + ": ") + interval_in_words(outcome, foremost);
+  return (foremost.region.empty() ? "" : shown_name(foremost.region) + ": ") +
+         interval_in_words(foremost, outcome.unit());
+}
+
+std::string interval_in_words(const Criterion& criterion, const std::string& unit) {
+  const IntervalText figures = figures_of(criterion);
+  const std::string shown_unit = criterion.beyond ? "%" : unit, side = side_of(criterion);
+  if (criterion.verdict == api::Verdict::fail && criterion.upper - criterion.lower > criterion.lower)
+    return "at least " + with_unit(figures.lower, shown_unit) + side;
+  if (!criterion.refused.empty()) return "no sides";
+  return with_unit(figures.lower + " .. " + figures.upper, shown_unit) + side;
 }
 
 std::string share_of_diagonal(const GateOutcome& outcome, const Criterion& criterion) {
@@ -147,7 +150,7 @@ std::vector<CriterionWords> criteria_in_words(const GateOutcome& outcome) {
   std::vector<CriterionWords> all;
   if (!outcome.measured) return all;
   for (const Criterion& c : outcome.measured->criteria)
-    all.push_back({shown_name(c.name), interval_in_words(outcome, c), limit_in_words(outcome, c), c});
+    all.push_back({shown_name(c.name), interval_in_words(c, outcome.unit()), limit_in_words(outcome, c), c});
   return all;
 }
 

@@ -1,6 +1,7 @@
 // Wording that reports share: names of files, numbers, and sentences about an outcome.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,9 @@ std::string shown_name(std::string_view bytes);
 std::string shown_text(
     std::string_view bytes);  // the same for sentences: line ends and tabs stay, and an empty text stays empty
 
+// Cuts text between characters of UTF-8, with "..." in the place of what is left out.
+std::string cut_at(std::string text, std::size_t bytes);
+
 using api::figures_of;
 
 // Returns the limit of the foremost criterion; without a measurement the limits as the gate says them.
@@ -24,6 +28,8 @@ std::string limit_of(const GateOutcome& outcome);  // "0.05 mm", "0.0173 (0.5 % 
 // Returns "0.0968 .. 0.0977 mm" of the foremost criterion, "bore: 0.0968 .. 0.0977 mm" of a region; "at least 0.0968
 // mm" for a fail whose upper bound says little, because it is more than twice the lower one; empty without an interval.
 std::string interval_of(const GateOutcome& outcome);
+// Returns the same of any limit, without the name of its region. `unit`: of lengths; may be empty.
+std::string interval_in_words(const Criterion& criterion, const std::string& unit);
 // Returns the share of the diagonal that the limit of a distance is as the gate says it, "0.5 %"; empty: it is none.
 std::string share_of_diagonal(const GateOutcome& outcome, const Criterion& criterion);
 // A line of a report for a limit: its name, interval and limit as interval_of() and limit_of() say them.

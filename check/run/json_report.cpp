@@ -123,8 +123,13 @@ Json counts(const Report& report) {
 std::string to_json(const Report& report) {
   Json gates = Json::array();
   for (const GateOutcome& outcome : report.outcomes) gates.push_back(json_of(outcome, report.undecided));
-  const Json json{{"version", report.version}, {"exit_code", report.exit_code()}, {"interrupted", report.interrupted},
-                  {"counts", counts(report)},  {"batches", report.batches},       {"gates", std::move(gates)}};
+  Json json{{"version", report.version},
+            {"exit_code", report.exit_code()},
+            {"interrupted", report.interrupted},
+            {"counts", counts(report)},
+            {"batches", report.batches}};
+  if (report.against) json["against"] = {{"ref", report.against->ref}, {"commit", report.against->commit}};
+  json["gates"] = std::move(gates);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -24,10 +24,24 @@ std::string key_of(const std::filesystem::path& file) {
   return (failed ? file : real).string() + '\n' + file.filename().string();
 }
 
-Result<api::SharedMesh> read(const std::string& name, const api::Pipes* pipes, Prepared::Use use) try {
-  const auto file = api::MeshFile::open(name, pipes);
+// What a gate says of its files.
+struct Sources {
+  std::shared_ptr<const api::Pipes> pipes;
+  std::shared_ptr<const api::Copies> copies;
+  std::shared_ptr<const api::Confines> confines;
+};
+
+Result<api::MeshFile> opened(const std::string& name, const Sources& sources) {
+  if (!sources.confines) return api::MeshFile::open(name, sources.pipes.get(), sources.copies.get());
+  std::error_code failed;
+  return api::MeshFile::open_within(*sources.confines, std::filesystem::absolute(name, failed).string());
+}
+
+Result<api::SharedMesh> read(const std::string& name, const Sources& sources, Prepared::Use use) try {
+  const auto file = opened(name, sources);
   if (!file) return file.error();
-  auto loaded = api::load({name, file->bytes(), name, ""}, api::ReadLimits{});
+  const api::ReadLimits limits = sources.confines ? sources.confines->limits : api::ReadLimits{};
+  auto loaded = api::load({name, file->bytes(), name, ""}, limits);
   if (!loaded) return std::move(loaded).error();
   return std::make_shared<const api::PreparedMesh>(std::move(*loaded), file->bytes().size(), use);
 } catch (const std::bad_alloc&) {
@@ -45,6 +59,8 @@ Meshes::Meshes(const std::vector<Gate>& gates, unsigned turns) {
       if (!entry) entry = &entries_[key_of(file)];
       entry->uses += turns;
       entry->pipes = gate.pipes;
+      entry->copies = gate.copies;
+      entry->confines = gate.confines;
     }
   }
   for (auto& [key, entry] : entries_) entry.use = entry.uses > turns ? Prepared::Use::often : Prepared::Use::once;
@@ -57,7 +73,9 @@ Meshes::File Meshes::begun(const std::filesystem::path& file) {
   Entry& entry = *of_file_.at(file);
   if (entry.file.valid()) return entry.file;
   auto reading = std::make_shared<std::packaged_task<Result<api::SharedMesh>()>>(
-      [name = file.string(), pipes = entry.pipes, use = entry.use] { return read(name, pipes.get(), use); });
+      [name = file.string(), sources = Sources{entry.pipes, entry.copies, entry.confines}, use = entry.use] {
+        return read(name, sources, use);
+      });
   entry.file = reading->get_future().share();
   const auto work = [reading = std::move(reading), readers = readers_]() mutable {
     (*reading)();
@@ -91,6 +109,11 @@ void Meshes::done(const Gate& gate) noexcept {
     const auto entry = of_file_.find(*file);
     if (entry != of_file_.end() && --entry->second->uses == 0) last = std::move(entry->second->file);
   }
+}
+
+void Meshes::again(const Gate& gate) {
+  const std::lock_guard lock(mutex_);
+  for (const auto* file : {&gate.candidate, &gate.baseline}) ++of_file_.at(*file)->uses;
 }
 
 }  // namespace meshgauge::check

@@ -36,13 +36,18 @@ class Meshes {
 
   void done(const Gate& gate) noexcept;
 
+  // Gives the gate, one of those of the constructor, a further turn. Files that are no longer in memory are read again.
+  void again(const Gate& gate);
+
  private:
   using File = std::shared_future<Result<api::SharedMesh>>;
   struct Entry {
     std::size_t uses = 0;  // turns still to come
     Prepared::Use use = Prepared::Use::once;
-    std::shared_ptr<const api::Pipes> pipes;  // Gate::pipes
-    File file;                                // not valid: not requested yet
+    std::shared_ptr<const api::Pipes> pipes;        // Gate::pipes
+    std::shared_ptr<const api::Copies> copies;      // Gate::copies
+    std::shared_ptr<const api::Confines> confines;  // Gate::confines
+    File file;                                      // not valid: not requested yet
   };
 
   File begun(const std::filesystem::path& file);

@@ -38,6 +38,7 @@ Result<Measured> refused_by(const std::vector<Mistake>& defects) {
   std::string why;
   for (const Mistake& defect : defects) why += (why.empty() ? "" : "; ") + defect.message;
   const Mistake& first = defects.front();
+  if (first.line == 0) return refused(why);
   return refused(why, "", "line " + std::to_string(first.line) + ", column " + std::to_string(first.column));
 }
 
@@ -122,6 +123,7 @@ class Run {
       if (!measured_.empty()) {
         auto [job, outcome] = std::move(measured_.front());
         measured_.pop_front();
+        if (outcome.measured) job->progress = {outcome.measured->lower, outcome.measured->upper, "drawing"};
         unlocked(lock, [&, job = job, &outcome = outcome] {
           keep(outcome, *job);
           finish(*job, std::move(outcome));

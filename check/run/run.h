@@ -21,7 +21,8 @@ struct Running {
 struct Standing {
   std::size_t gates = 0;
   std::size_t done = 0;
-  std::vector<Running> running;  // longest running first
+  std::vector<Running> running;   // longest running first
+  const char* counted = "gates";  // what `gates` and `done` are numbers of
 };
 
 // Callbacks of a run, called on the caller's thread, except `after`.

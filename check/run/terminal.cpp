@@ -119,6 +119,7 @@ std::string count_text(const Report& report) {
     text += (first ? "" : ", ") + std::to_string(count) + " " + std::string(to_string(verdict));
     first = false;
   }
+  if (report.against) text += "; against " + shown_name(report.against->in_words());
   return text + (report.interrupted ? "; interrupted" : "") + "\n";
 }
 
@@ -162,7 +163,7 @@ void fit(std::vector<Line>& rows, Line& widest, std::size_t columns) {
 std::string bar(const Standing& standing) {
   const auto full = standing.gates ? kBarWidth * standing.done / standing.gates : kBarWidth;
   return "[" + std::string(full, '#') + std::string(kBarWidth - full, '.') + "] " + std::to_string(standing.done) +
-         " of " + std::to_string(standing.gates) + " gates";
+         " of " + std::to_string(standing.gates) + " " + standing.counted;
 }
 
 std::string line_of(const Running& running) {

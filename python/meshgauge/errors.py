@@ -43,8 +43,8 @@ INPUT_KINDS = frozenset((
 
 
 def kind_of(problem: dict[str, Any]) -> str:
-    """The last component of the problem's type URN."""
-    return str(problem.get("type", "")).rpartition(":")[2]
+    """The last component of the problem's type: "/problems/not-found", before 0.2.0 "urn:meshgauge:problem:not-found"."""
+    return str(problem.get("type", "")).rpartition("/")[2].rpartition(":")[2]
 
 
 def input_error(problem: dict[str, Any]) -> Optional[Exception]:

@@ -3,16 +3,18 @@
     def test_bracket(assert_mesh_close):
         assert_mesh_close(bracket(), "baselines/bracket.ply", max_distance="0.05 mm")
 
+    def test_lid(assert_mesh_close):  # in test_parts.py: baselines/test_parts/test_lid.ply
+        assert_mesh_close(lid(), max_distance="0.05 mm")
+
 `pytest --meshgauge-update` writes the baselines that are missing or differ.
 """
 
 from __future__ import annotations
 
-import hashlib
+import itertools
 import json
 import os
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
@@ -21,10 +23,12 @@ from typing import Any, Callable, Optional
 import pytest
 
 from meshgauge import _meshes, _options, compare
+from meshgauge._baselines import Baseline, Run, default_place, digest_of, slug_of, suffix_of
 from meshgauge.result import Result
 
 _REPORT_SECONDS = 300.0  # pictures of large meshes take longer than the measurement
-_LONGEST_NAME = 100  # bytes of a test's id in the name of a file; file systems take 143 to 255 in all
+_DEFAULT: Any = object()  # in place of a path: the baseline that the test's module and name say
+_WORKER_OUTPUT = "meshgauge_written"  # what a worker of xdist tells the process that reports
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -32,19 +36,30 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--meshgauge-update", action="store_true",
                     help="write the baselines of assert_mesh_close that are missing or differ by more than the limit")
     group.addoption("--meshgauge-reports", metavar="FOLDER",
-                    help="where the HTML reports of failed comparisons go; default: in pytest's cache")
+                    help="where the HTML reports of failed comparisons and their pictures go; default: in pytest's cache")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.stash[_WRITTEN] = []
+    config.stash[_RUN] = Run(config)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output[_WORKER_OUTPUT] = session.config.stash[_RUN].written
+
+
+@pytest.hookimpl(optionalhook=True)  # type: ignore[misc]
+def pytest_testnodedown(node: Any, error: Any) -> None:
+    node.config.stash[_RUN].written += getattr(node, "workeroutput", {}).get(_WORKER_OUTPUT, [])
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    for path in config.stash[_WRITTEN]:
+    for path in config.stash[_RUN].written:
         terminalreporter.write_line(f"meshgauge: wrote {path}")
 
 
-_WRITTEN: Any = pytest.StashKey["list[pathlib.Path]"]()
+_RUN: Any = pytest.StashKey["Run"]()
 
 
 @pytest.fixture
@@ -52,15 +67,19 @@ def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
     """assert_mesh_close(actual, expected, max_distance=None, *, cloud=False, **options): fails unless no point of either mesh is
     farther from the other than `max_distance`, and the other limits among the options hold. One limit must be given.
 
-    Meshes and options are those of meshgauge.compare(). A relative path of `expected` begins at the folder of the test.
+    Meshes and options are those of meshgauge.compare(). A relative path of `expected` begins at the folder of the test;
+    without `expected` it is baselines/MODULE/TEST there, with the suffix that fits, and TEST+2 at the second such call.
     `cloud`: whether `actual` may be a point cloud, for a mesh that lost its faces looks the same. Returns the Result.
     """
-    counted = iter(range(1, 1_000_000))
+    calls, defaults, reports = itertools.count(1), itertools.count(1), itertools.count(1)
+    run = request.config.stash[_RUN]
 
-    def check(actual: Any, expected: Any, max_distance: Optional[_options.Length] = None, *, cloud: bool = False,
+    def check(actual: Any, expected: Any = _DEFAULT, max_distance: Optional[_options.Length] = None, *, cloud: bool = False,
               **options: Any) -> Result:
         __tracebackhide__ = True
-        baseline = _Baseline(request, expected)
+        if expected is _DEFAULT:
+            expected = default_place(request, actual, next(defaults))
+        baseline = Baseline(run, request, expected, next(calls))
         if baseline.is_missing:
             baseline.write(actual, "does not exist")
         result = compare(actual, baseline.mesh, max_distance, **options)
@@ -73,38 +92,16 @@ def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
         if result.verdict != "pass" and baseline.may_be_written:
             baseline.write(actual, "differs")
             result = compare(actual, baseline.mesh, max_distance, **options)
+            if result.verdict != "pass" and baseline.writer:
+                pytest.fail(f"the baseline {baseline.mesh} is that of {baseline.writer} as well, of another mesh: give each "
+                            "its own", pytrace=False)
         if result.verdict != "pass":
-            name = f"{_file_name(request.node.nodeid)}-{next(counted)}.html"
+            name = f"{slug_of(request.node.nodeid)}-{digest_of(request.node.nodeid)}-{next(reports)}.html"
             report = _Report(_folder_of_reports(request.config) / name, max_distance, {**options, "cloud": cloud})
             pytest.fail(_in_words(result, report.written(actual, baseline.mesh)), pytrace=False)
         return result
 
     return check
-
-
-class _Baseline:
-    """What a mesh is compared with. It may be written if it is a path and --meshgauge-update is given."""
-
-    def __init__(self, request: pytest.FixtureRequest, expected: Any) -> None:
-        is_path = isinstance(expected, (str, os.PathLike))
-        self.mesh = request.path.parent / expected if is_path else expected
-        self.is_missing = is_path and not self.mesh.exists()
-        self.may_be_written = is_path and request.config.getoption("--meshgauge-update")
-        self._written = request.config.stash[_WRITTEN]
-
-    def write(self, actual: Any, why: str) -> None:
-        __tracebackhide__ = True
-        if not self.may_be_written:
-            pytest.fail(f"the baseline {self.mesh} {why}; pytest --meshgauge-update writes it", pytrace=False)
-        source = _meshes.source_of(actual, "actual")
-        suffix = _suffix(source)
-        if suffix is not None and self.mesh.suffix.lower() != suffix:
-            pytest.fail(f"the baseline {self.mesh} cannot be written: name it *{suffix}", pytrace=False)
-        self.mesh.parent.mkdir(parents=True, exist_ok=True)
-        staged = self.mesh.with_name(f".meshgauge-{os.getpid()}")  # whatever the length of the baseline's name
-        staged.write_bytes(source.to_file())
-        staged.replace(self.mesh)
-        self._written.append(self.mesh)
 
 
 class _Report:
@@ -115,19 +112,31 @@ class _Report:
         self._max_distance = max_distance
         self._options = options
 
-    def written(self, actual: Any, expected: Any) -> str:
-        """Writes it and returns its address, or why there is none: that must not hide the difference."""
+    def written(self, actual: Any, expected: Any) -> list[str]:
+        """Writes it, and the picture beside it. Returns lines with their addresses, or why there is none: that must not hide
+        the difference."""
         try:
             self._place.parent.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
+            # Beside the report, so that it is put there as a whole, also when another worker does the same.
+            with tempfile.TemporaryDirectory(prefix=".meshgauge-", dir=self._place.parent) as folder:
                 sources = _meshes.source_of(actual, "actual"), _meshes.source_of(expected, "expected")
                 command = [sys.executable, "-m", "meshgauge", "check", _as_file(sources[0], folder, "actual"),
-                           _as_file(sources[1], folder, "expected"), f"--html={self._place}", *self._flags(*sources)]
+                           _as_file(sources[1], folder, "expected"), "--html=report.html", "--pictures=pictures",
+                           *self._flags(*sources)]
                 run = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True,
                                      timeout=_REPORT_SECONDS)
-            return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
+                return self._taken(pathlib.Path(folder), run.stderr.strip())
         except (OSError, subprocess.TimeoutExpired) as trouble:
-            return f"none: {trouble}"
+            return [f"report: none: {trouble}"]
+
+    def _taken(self, folder: pathlib.Path, trouble: str) -> list[str]:
+        report = folder / "report.html"
+        if not report.exists():
+            return [f"report: none: {trouble}"]
+        lines = [f"report: {report.replace(self._place).as_uri()}"]
+        for picture in (folder / "pictures").glob("*.png"):
+            lines.append(f"picture: {picture.replace(self._place.with_suffix('.png')).as_uri()}")
+        return lines
 
     def _flags(self, actual: _meshes.Source, expected: _meshes.Source) -> list[str]:
         given = {name: value for name, value in self._options.items() if name not in _NOT_OF_REPORTS}
@@ -163,14 +172,6 @@ def _environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, places))}
 
 
-def _file_name(nodeid: str) -> str:
-    """Of a test, for any file system: a few characters, not too many, and other ones for another test."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", nodeid)
-    if len(name) <= _LONGEST_NAME and re.fullmatch(r"[A-Za-z0-9_./:\[\]-]*", nodeid):
-        return name
-    return f"{name[:_LONGEST_NAME]}-{hashlib.sha256(nodeid.encode('utf-8', 'backslashreplace')).hexdigest()[:16]}"
-
-
 def _folder_of_reports(config: pytest.Config) -> pathlib.Path:
     folder = config.getoption("--meshgauge-reports")
     if folder is not None:
@@ -179,22 +180,15 @@ def _folder_of_reports(config: pytest.Config) -> pathlib.Path:
     return cache.mkdir("meshgauge") if cache else pathlib.Path(tempfile.gettempdir()) / f"meshgauge-{os.getpid()}"
 
 
-def _suffix(source: _meshes.Source) -> Optional[str]:
-    """The suffix that a baseline with the bytes of `source` must have; None: any, since its content says the format."""
-    if isinstance(source, _meshes.File):
-        return pathlib.Path(os.fsdecode(source.path)).suffix.lower()
-    return None if isinstance(source, _meshes.Content) else ".ply"
-
-
 def _as_file(source: _meshes.Source, folder: str, name: str) -> str:
     if isinstance(source, _meshes.File):
         return os.path.abspath(os.fsdecode(source.path))
-    path = pathlib.Path(folder) / (name + (_suffix(source) or ".mesh"))
+    path = pathlib.Path(folder) / (name + (suffix_of(source) or ".mesh"))
     path.write_bytes(source.to_file())
     return path.name
 
 
-def _in_words(result: Result, report: str) -> str:
+def _in_words(result: Result, report: list[str]) -> str:
     unit = f" {result.unit}" if result.unit else ""
     criteria = sorted(result.criteria, key=lambda one: one["name"] != result.document["foremost"])
     lines = [f"{one['verdict']}: {one['finding']}" for one in criteria]
@@ -208,7 +202,7 @@ def _in_words(result: Result, report: str) -> str:
                       f"{witness['nearest_triangle']}")
         lines.append(found)
     lines += [f"note: {note}" for note in result.notes]
-    return "\n".join([*lines, f"report: {report}"])
+    return "\n".join([*lines, *report])
 
 
 def _point(point: Any) -> str:

@@ -9,8 +9,9 @@ namespace meshgauge::server {
 namespace {
 
 // Paths that show nothing of any owner's data. Every other path needs a key, even one that does not exist.
-constexpr std::array<std::string_view, 7> kOpen{"/", "/b", "/c", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
-constexpr std::array<std::string_view, 4> kOpenFolders{"/b/", "/c/", "/docs/", "/page/"};
+constexpr std::array<std::string_view, 9> kOpen{
+    "/", "/b", "/c", "/docs", "/gates.schema.json", "/healthz", "/openapi.yaml", "/problems", "/readyz"};
+constexpr std::array<std::string_view, 5> kOpenFolders{"/b/", "/c/", "/docs/", "/page/", "/problems/"};
 
 // The reason, for the metrics, why a request was not authenticated.
 AuthFailure failure_of(const Head& head) {

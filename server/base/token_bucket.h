@@ -24,6 +24,8 @@ class TokenBucket {
     return true;
   }
 
+  void give_back() { level_ += 1; }  // the token of a take(), which was not used
+
   // Time until take() would succeed. Precondition: the last take() returned false.
   Seconds wait() const { return Seconds((1 - level_) / per_second_); }
 

@@ -170,8 +170,10 @@ std::optional<Problem> Client::check_head(bool& complete) {
   return complete ? std::nullopt : check_incomplete(buffered);
 }
 
+// One read for each turn of the loop: with updates of keys between the bytes of a head, TLS would be read for as long
+// as the client sends them.
 void Client::read_head() {
-  for (;;) {
+  for (bool received = false;; received = true) {
     bool complete = false;
     if (const auto refusal = check_head(complete)) return refuse(*refusal);
     if (complete) {
@@ -182,6 +184,7 @@ void Client::read_head() {
       const auto refusal = parse_head(text, edge_.settings.max_request_bytes, head);
       return serve(std::move(head), refusal);
     }
+    if (received) return soon();
     const Step step = connection_.receive(Connection::kHeadPiece);
     if (step == Step::done) {
       if (phase_ == Phase::idle) begin(Phase::head, in(ms(edge_.settings.head_timeout_ms)));

@@ -30,7 +30,8 @@ std::string needs_text(const Settings& settings, std::uint64_t needed) {
   return std::to_string(needed) + " descriptors (" + std::to_string(kOfEachPlace) + " for each of workers (" +
          std::to_string(settings.workers) + ") and queue (" + std::to_string(settings.queue) + "), " +
          std::to_string(kOfEachReader) + " for each of parsers (" + std::to_string(settings.parsers) + "), " +
-         std::to_string(kOfStores) + " for the stores)";
+         std::to_string(kOfStores) + " for the stores" +
+         (settings.status_port > 0 ? ", " + std::to_string(kStatusConnections) + " for the status port)" : ")");
 }
 
 }  // namespace
@@ -39,6 +40,7 @@ DescriptorPlan planned(const Settings& settings, std::uint64_t limit) {
   DescriptorPlan plan;
   plan.limit = limit;
   plan.needed = kOfEachPlace * (settings.workers + settings.queue) + kOfEachReader * settings.parsers + kOfStores;
+  if (settings.status_port > 0) plan.needed += kStatusConnections;
   const std::uint64_t left = limit - std::min(limit, plan.needed);
   if (left >= kLeastConnections) plan.connections = std::min({kMostConnections, limit / 4 * 3, left});
   return plan;

@@ -10,9 +10,11 @@
 
 namespace meshgauge::server {
 
+inline constexpr std::size_t kStatusConnections = 64;  // of the status_port
+
 struct DescriptorPlan {
   std::uint64_t limit = 0;      // of the process
-  std::uint64_t needed = 0;     // for uploads, reader processes and stores
+  std::uint64_t needed = 0;     // for uploads, reader processes, stores and the status_port
   std::size_t connections = 0;  // that may be open; 0: the limit is too low to serve
 };
 

@@ -1,6 +1,7 @@
 // What all connections of one server share.
 #pragma once
 
+#include <chrono>
 #include <memory>
 
 #include "server/http/connection_limit.h"
@@ -14,7 +15,8 @@ namespace meshgauge::server {
 
 struct Edge {
   const Settings settings;
-  const Tls* tls;  // null: plain HTTP
+  const std::chrono::milliseconds write_time;  // for a response, or a piece of a stream
+  const Tls* tls;                              // null: plain HTTP
   RequestHandler& handler;
   ConnectionLimit peers;  // connections whose bytes are due
   IoPool requests;

@@ -26,6 +26,7 @@ constexpr int kMostAccepted = 256;      // in one round, so that requests do not
 constexpr int kManyRefused = 8;
 constexpr milliseconds kRefusedWithin{10};
 constexpr milliseconds kGather{2};
+constexpr std::size_t kShareUnfinished = 4;  // one in so many may be unfinished before these give way first
 
 bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
   epoll_event event{};
@@ -224,12 +225,14 @@ void EventLoop::add(Descriptor socket) {
   call(id, [](Source& source) { source.start(); });
 }
 
-// Closes the oldest connection that has not shaken hands yet, else the oldest that serves no request: connections that
-// cost their clients nothing do not drive out those of others. False: there is neither.
+// Closes the oldest connection that serves no request; while more than a quarter have not shaken hands yet, the oldest
+// of these: connections that cost their clients nothing take no more than that from others, and those that do shake
+// hands find room beside idle ones. False: there is neither.
 bool EventLoop::drop_one() {
   const auto is_spare = [](const auto& entry) { return entry.second->spare(); };
-  const auto found = unfinished_.empty() ? std::find_if(sources_.begin(), sources_.end(), is_spare)
-                                         : sources_.find(*unfinished_.begin());
+  const bool many = unfinished_.size() > sources_.size() / kShareUnfinished;
+  const auto found =
+      many ? sources_.find(*unfinished_.begin()) : std::find_if(sources_.begin(), sources_.end(), is_spare);
   if (found == sources_.end()) return false;
   ++dropped_;
   forget(found->first);

@@ -63,7 +63,7 @@ class EventLoop {
     void soon();                                // ready() is called in the next round
     void set_deadline(Clock::time_point when);  // max(): none
     void count_refusal() { ++loop_.refused_; }  // of a request, for want of room
-    void set_unfinished(bool unfinished);       // not shaken hands yet: closed before others when connections run out
+    void set_unfinished(bool unfinished);       // not shaken hands yet
     void close() { closed_ = true; }            // destroys this object after the present call
 
    private:
@@ -80,7 +80,8 @@ class EventLoop {
   using Make = std::function<std::unique_ptr<Source>(Id id, Descriptor socket)>;
 
   // `make`: makes the connection of an accepted socket. `most`: number of connections; beyond it the oldest that is
-  // unfinished gives way, else the oldest that is spare, and a new one is closed if there is none.
+  // spare gives way (of those that are unfinished, while these are more than a quarter), and a new one is closed if
+  // there is none.
   EventLoop(Make make, std::size_t most);
 
   // Serves the listening socket until stop(), or until the socket fails, and the connections until the last has ended.

@@ -71,17 +71,17 @@ std::optional<Handshake> HandshakeQueue::take(Time now) {
 
 Handshakes::Handshakes(const Settings& settings)
     : peers_(settings.max_handshakes_per_second_per_peer),
-      queue_(settings.max_handshakes_per_second, kMostWaiting, TokenBucket::Time::clock::now()) {
-  for (std::uint64_t i = 0; i < settings.handshake_threads; ++i) threads_.emplace_back([this] { run(); });
+      queue_(settings.max_handshakes_per_second, kMostWaiting, TokenBucket::Time::clock::now()),
+      threads_([this] { tell_end(); }) {
+  for (std::uint64_t i = 0; i < settings.handshake_threads; ++i) threads_.start([this] { run(); });
 }
 
-Handshakes::~Handshakes() {
+void Handshakes::tell_end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   ready_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
 }
 
 std::optional<double> Handshakes::admit(const std::string& peer) {
@@ -105,7 +105,9 @@ void Handshakes::offer(Handshake handshake) {
 
 bool Handshakes::withdraw(std::uint64_t id) {
   const std::lock_guard lock(mutex_);
-  return queue_.remove(id);
+  const bool waited = queue_.remove(id);
+  if (waited) ++refused_;
+  return waited;
 }
 
 void Handshakes::run() {
@@ -120,6 +122,7 @@ void Handshakes::run() {
       next->on_turn(gone ? Handshake::Turn::abandoned : Handshake::Turn::run);
       next.reset();
       lock.lock();
+      if (gone) queue_.give_back();
     } else if (queue_.empty()) {
       ready_.wait(lock);
     } else {

@@ -12,9 +12,9 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "server/base/threads.h"
 #include "server/base/token_bucket.h"
 #include "server/settings/settings.h"
 
@@ -74,6 +74,7 @@ class HandshakeQueue {
   // allows none before wait() has passed.
   std::optional<Handshake> take(Time now);
 
+  void give_back() { bucket_.give_back(); }  // what a take() took of the rate: its handshake cost nothing
   TokenBucket::Seconds wait() const { return bucket_.wait(); }  // precondition: one waits, and take() gave nullopt
   bool empty() const { return waiting_.empty(); }
 
@@ -92,12 +93,12 @@ class Handshakes {
 
   struct Counts {
     std::uint64_t begun = 0;      // the costly step was taken
-    std::uint64_t refused = 0;    // for the rate of their address or of all
+    std::uint64_t refused = 0;    // for the rate of their address or of all: at once, or in vain until they were late
     std::uint64_t abandoned = 0;  // the client had gone before the costly step
   };
 
   explicit Handshakes(const Settings& settings);  // precondition: settings come from checked()
-  ~Handshakes();                                  // blocks until the threads have ended. Precondition: none waits
+  ~Handshakes() = default;                        // blocks until the threads have ended. Precondition: none waits
   Handshakes(const Handshakes&) = delete;
   Handshakes& operator=(const Handshakes&) = delete;
 
@@ -111,14 +112,15 @@ class Handshakes {
   // `refused` on this thread before this returns. Thread safe.
   void offer(Handshake handshake);
 
-  // Takes the handshake of this connection back; its `on_turn` will not be called. False: it was, or is being called.
-  // Thread safe.
+  // Takes the handshake of this connection back, which counts as refused; its `on_turn` will not be called. False: it
+  // was, or is being called. Thread safe.
   bool withdraw(std::uint64_t id);
 
   Counts counts() const { return {begun_.load(), refused_.load(), abandoned_.load()}; }  // thread safe
 
  private:
   void run();
+  void tell_end();
 
   PeerRates peers_;  // of the event loop's thread
   std::atomic<std::uint64_t> begun_{0}, refused_{0}, abandoned_{0};
@@ -126,7 +128,7 @@ class Handshakes {
   std::condition_variable ready_;
   HandshakeQueue queue_;
   bool ending_ = false;
-  std::vector<std::thread> threads_;
+  Threads threads_;
 };
 
 }  // namespace meshgauge::server

@@ -9,8 +9,6 @@
 #include <memory>
 #include <utility>
 
-#include "server/http/descriptors.h"
-
 namespace meshgauge::server {
 namespace {
 
@@ -45,8 +43,10 @@ bool stands_for_loopback(const std::string& host) {
   return false;
 }
 
-HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls)
+HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls, std::size_t connections,
+                     std::chrono::milliseconds write_time)
     : edge_{settings,
+            write_time,
             tls,
             handler,
             ConnectionLimit(settings.max_arriving_per_peer),
@@ -55,7 +55,7 @@ HttpGuard::HttpGuard(const Settings& settings, RequestHandler& handler, const Tl
             tls ? std::make_unique<Handshakes>(settings) : nullptr},
       loop_([this](EventLoop::Id id,
                    Descriptor socket) { return std::make_unique<Client>(edge_, loop_, id, std::move(socket)); },
-            plan_descriptors(settings).connections) {
+            connections) {
   set_socket_options([](socket_t socket) {
     const auto set = [socket](int level, int option, int value) {
       ::setsockopt(socket, level, option, &value, sizeof value);

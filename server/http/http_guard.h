@@ -2,6 +2,8 @@
 // server/http/head reads and validates the head, server/http/body the body, server/http/serving writes the response.
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -22,8 +24,10 @@ bool stands_for_loopback(const std::string& host);
 
 class HttpGuard final : private httplib::Server {
  public:
-  // Borrows the last two. `tls`: serve TLS only; null: plain HTTP.
-  HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls);
+  // Borrows handler and `tls`. `tls`: serve TLS only; null: plain HTTP. `connections`: the most that may be open.
+  // `write_time`: for a client to take a response, or a piece of a stream.
+  HttpGuard(const Settings& settings, RequestHandler& handler, const Tls* tls, std::size_t connections,
+            std::chrono::milliseconds write_time = std::chrono::seconds(30));
 
   std::optional<int> bind();                                  // the port; nullopt: failed, see errno
   bool bound_to_loopback() const;                             // after bind(): only this machine can connect

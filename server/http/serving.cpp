@@ -16,7 +16,6 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kWriteTime{30'000};  // for a response, or a piece of a stream
 constexpr std::size_t kFilePiece = std::size_t{1} << 20;
 constexpr milliseconds kFilePieceTime{10'000};
 constexpr std::size_t kLeastFileBytesPerMs = 512;
@@ -247,7 +246,8 @@ void Serving::compose() {
   // The unread rest of a body would be parsed as the next request.
   const bool keeps = body_.consumed() || (may_retry(response.status) && body_.left() <= kMostDiscarded);
   if (!keeps || loop_.stopping() || response.stream) close_ = true;
-  deadline_ = after(kWriteTime);
+  moved_ = Clock::now();
+  deadline_ = moved_ + edge_.write_time;
   composed_ = true;
   const std::string_view length = response.length_known ? "Content-Length" : "";
   const bool has_body = head_.method != "HEAD" && has_content(response.status);
@@ -265,15 +265,15 @@ void Serving::compose() {
   }
 }
 
-// Whether the client of a stream has taken nothing for kWriteTime of what the kernel holds for it. The kernel takes
-// small pieces for hours, and a stream that is never read would keep its place from one that is.
+// Whether the client of a stream has taken nothing for Edge::write_time of what the kernel holds for it. The kernel
+// takes small pieces for hours, and a stream that is never read would keep its place from one that is.
 bool Serving::stands_still() {
   const auto now = Clock::now();
   const std::uint64_t unsent = connection_.unsent();
   if (unsent == 0 || unsent < unsent_ + outgoing_.written() - written_by_then_) moved_ = now;
   unsent_ = unsent;
   written_by_then_ = outgoing_.written();
-  return now - moved_ >= kWriteTime;
+  return now - moved_ >= edge_.write_time;
 }
 
 // Adds the next piece of a stream, if there is one; else sets `due` to when to ask again. False: the stream failed.
@@ -296,7 +296,7 @@ bool Serving::add_piece(Clock::time_point& due) {
     outgoing_.add("0\r\n\r\n");
     exchange_.response.stream = nullptr;
   }
-  deadline_ = now + kWriteTime;
+  deadline_ = now + edge_.write_time;
   due = std::min(next.value_or(now), last_piece_ + kSilence);
   return true;
 }

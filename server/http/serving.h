@@ -102,7 +102,7 @@ class Serving {
   Clock::time_point last_piece_ = Clock::now();          // of a stream
   std::uint64_t unsent_ = 0;                             // of a stream: Connection::unsent() at the last look
   std::uint64_t written_by_then_ = 0;                    // of a stream: bytes at the last look
-  Clock::time_point moved_ = Clock::now();               // of a stream: when the client last took some of it
+  Clock::time_point moved_{};                            // of a stream: when it began or its client last took some
 };
 
 }  // namespace meshgauge::server

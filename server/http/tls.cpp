@@ -25,6 +25,8 @@ constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 // Groups of the key exchange, the cheapest first. OpenSSL has those of RFC 7919 as well: one hello with a share of
 // 8192 bits would cost as much as twenty others.
 constexpr const char* kGroups = "X25519:P-256:P-384:P-521";
+// Below TLS 1.3 the secret is derived when the client's share has come, on the loop: of the others it takes 0.5 ms.
+constexpr const char* kQuickGroups = "X25519:P-256";
 
 constexpr int kOfTransport = 0;  // index of the data that OpenSSL leaves to an application
 
@@ -53,7 +55,7 @@ class TlsTransport final : public Transport {
     return result == 1 ? Step::done : step_of(result);
   }
 
-  // Reads several records: one has 16 KiB at most.
+  // Reads several records: one has 16 KiB at most. Stops at an update of keys, also where bytes have come before it.
   Moved read(char* out, std::size_t size) override {
     ERR_clear_error();
     std::size_t total = 0;
@@ -139,6 +141,11 @@ int select_protocol(SSL*, const unsigned char** out, unsigned char* out_size, co
   return selected == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_ALERT_FATAL;
 }
 
+// OpenSSL calls it when the version is chosen and the group is not.
+int limit_groups(SSL* ssl, void*) {
+  return SSL_version(ssl) >= TLS1_3_VERSION || SSL_set1_groups_list(ssl, kQuickGroups) == 1 ? 1 : 0;
+}
+
 int no_passphrase(char*, int, int, void*) { return -1; }  // else OpenSSL asks for one on the terminal
 
 bool configure(SSL_CTX* context) {
@@ -152,6 +159,7 @@ bool configure(SSL_CTX* context) {
   SSL_CTX_set_default_passwd_cb(context, no_passphrase);
   SSL_CTX_set_alpn_select_cb(context, select_protocol, nullptr);
   SSL_CTX_set_client_hello_cb(context, TlsTransport::hold_back, nullptr);
+  SSL_CTX_set_cert_cb(context, limit_groups, nullptr);
   return SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION) == 1 &&
          SSL_CTX_set_cipher_list(context, kCiphers) == 1 && SSL_CTX_set1_groups_list(context, kGroups) == 1;
 }

@@ -20,12 +20,9 @@ constexpr std::size_t kMostAtOnce = 500;   // rows of one read
 }  // namespace
 
 Watcher::Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, seconds keep, Listener& listener)
-    : jobs_(jobs),
-      store_errors_(store_errors),
-      metrics_(metrics),
-      keep_(keep),
-      listener_(listener),
-      threads_([this] { tell_end(); }) {
+    : jobs_(jobs), store_errors_(store_errors), metrics_(metrics), keep_(keep), listener_(listener), threads_([this] {
+        tell_end();
+      }) {
   threads_.start([this] { watch_on(); });
 }
 

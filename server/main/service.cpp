@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "server/base/heap.h"
+#include "server/handlers/problems.h"
 #include "server/http/descriptors.h"
 #include "server/main/wiring.h"
 #include "server/measure/map_cache.h"
@@ -35,7 +36,7 @@ Service::Service(const Settings& settings, MeshLoader& loader, Stores stores)
       comparisons_(settings, jobs_, stores, access_, uploads_),
       meshes_(settings, stores, access_, uploads_),
       requests_(entrance_, router_, settings_, metrics_),
-      guard_(settings, requests_, tls_ ? &*tls_ : nullptr),
+      guard_(settings, requests_, tls_ ? &*tls_ : nullptr, plan_descriptors(settings).connections),
       listener_([this] { guard_.abort(); }) {
   if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, loader);
   readiness_.add_store_checks(stores_);
@@ -77,6 +78,9 @@ void Service::add_page_routes() {
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"}) add(damaged, show_damaged_link);
   add("/page/{}", send_page_file);
   add("/openapi.yaml", send_description);
+  add("/gates.schema.json", send_gates_schema);
+  add("/problems", list_problems);
+  add("/problems/{}", show_problem);
   add("/docs", show_reference);
   add("/docs/{}", send_reference_file);
 }

@@ -1,8 +1,10 @@
 #include "server/main/status_port.h"
 
+#include <cstddef>
 #include <utility>
 
 #include "server/handlers/readiness.h"
+#include "server/http/descriptors.h"
 #include "server/main/wiring.h"
 
 namespace meshgauge::server {
@@ -17,6 +19,11 @@ Settings with_few_threads(Settings settings) {
   return settings;
 }
 
+// A worker has no other port.
+std::size_t connections_of(const Settings& settings) {
+  return settings.status_port > 0 ? kStatusConnections : plan_descriptors(settings).connections;
+}
+
 }  // namespace
 
 StatusPort::StatusPort(const Settings& settings, Metrics& metrics, const Entrance& entrance, const Tls* tls,
@@ -24,7 +31,7 @@ StatusPort::StatusPort(const Settings& settings, Metrics& metrics, const Entranc
     : settings_(with_few_threads(settings)),
       router_(kNothing),
       requests_(entrance, router_, settings_, metrics),
-      guard_(settings_, requests_, tls),
+      guard_(settings_, requests_, tls, connections_of(settings)),
       listener_([this] { tell_end(); }) {
   add_status_routes(router_, metrics, std::move(ready));
 }

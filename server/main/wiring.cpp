@@ -82,7 +82,7 @@ Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) 
 }
 
 Stores stores_of(store::AllStores& all, MeshCache& cache, MapCache* maps) {
-  return {all.jobs(),   all.meshes(), all.blobs(),    all.signals(),  cache,
+  return {all.jobs(),   all.meshes(), all.blobs(),    all.signals(),   cache,
           all.shared(), maps,         &all.batches(), &all.listings(), in_folder(all)};
 }
 

@@ -73,9 +73,6 @@ std::string_view known(std::string_view method) {
   return std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end() ? "other" : method;
 }
 
-// "urn:meshgauge:problem:too-large" -> "too-large"
-std::string_view slug_of(std::string_view problem_type) { return problem_type.substr(problem_type.rfind(':') + 1); }
-
 std::string status_class(int status) { return std::to_string(status / 100) + "xx"; }
 
 }  // namespace
@@ -185,7 +182,7 @@ void Metrics::request_ended(const RequestEnd& request) {
   of.bytes_in->Increment(static_cast<double>(request.bytes_in));
   of.bytes_out->Increment(static_cast<double>(request.bytes_out));
   if (request.problem.empty()) return;
-  const auto slug = slug_of(request.problem);
+  const auto slug = api::slug_of(request.problem);
   const auto found = series_->rejections.find(slug);  // a stored problem may be of another version
   (found != series_->rejections.end() ? *found->second : series_->rejected.Add({{"reason", std::string(slug)}}))
       .Increment();
@@ -207,7 +204,7 @@ void Metrics::job_ended(const api::Comparison& comparison) {
 }
 
 void Metrics::job_failed(std::string_view problem_type, Strategy strategy) {
-  series_->job("failed", slug_of(problem_type), strategy).Increment();
+  series_->job("failed", api::slug_of(problem_type), strategy).Increment();
 }
 
 void Metrics::job_cancelled_early(Strategy strategy) { series_->job("cancelled", "early", strategy).Increment(); }

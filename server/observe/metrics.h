@@ -18,7 +18,7 @@ struct RequestEnd {
   std::string_view route;  // the template that matched, never the path: clients can invent any number of paths
   std::string_view method;
   int status = 0;
-  std::string_view problem;  // type URN; empty for a result
+  std::string_view problem;  // its type; empty for a result
   double seconds = 0;        // from the complete head to the last byte of the response
   std::uint64_t bytes_in = 0;
   std::uint64_t bytes_out = 0;

@@ -42,10 +42,10 @@ struct Settings {
   std::uint64_t grace_ms = 10'000;
   std::uint64_t max_part_bytes = std::uint64_t{512} << 20;
   std::uint64_t max_request_bytes = std::uint64_t{1} << 30;
-  std::uint64_t max_upload_bytes = std::uint64_t{4} << 30;
-  std::uint64_t max_vertices = 50'000'000;
-  std::uint64_t max_triangles = 50'000'000;
-  std::uint64_t max_expanded_bytes = std::uint64_t{2} << 30;
+  std::uint64_t max_upload_bytes = api::kUntrustedFileBytes;
+  std::uint64_t max_vertices = api::kUntrustedLimits.max_vertices;
+  std::uint64_t max_triangles = api::kUntrustedLimits.max_triangles;
+  std::uint64_t max_expanded_bytes = api::kUntrustedLimits.max_expanded_bytes;
   std::uint64_t max_memory_bytes = 0;  // 0: what the machine can spare
   std::uint64_t max_heap_bytes = std::uint64_t{512} << 20;
   std::uint64_t max_cache_bytes = std::uint64_t{1} << 30;

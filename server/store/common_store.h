@@ -1,6 +1,8 @@
 // The calls that both databases answer alike, by the statements of rows.h.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -24,7 +26,8 @@ class Database : public JobStore, public BatchStore, public MeshIndex, public Li
 };
 
 // `Self`: the store of one database, which derives from this class. Its `read(work)` returns the value of
-// work(connection); its `behind_` has what record() and touch_mesh() were given.
+// work(connection); its `try_writing(a_job)` is check() with a job or without; its `behind_` has what record() and
+// touch_mesh() were given.
 template <class Self>
 class CommonStore : public Database {
  public:
@@ -54,6 +57,14 @@ class CommonStore : public Database {
   }
   Result<Origin> origin() override {
     return self().read([](auto& db) { return find_origin(db); });
+  }
+  Result<Done> check() override {
+    const auto now = std::chrono::steady_clock::now();
+    const bool a_job = now >= next_trial_.load();
+    Result<Done> checked = self().try_writing(a_job);
+    if (!checked) expect_failure();
+    if (checked && a_job) next_trial_.store(now + kBetweenTrials);
+    return checked;
   }
 
   Result<std::optional<Batch>> get_batch(const JobKey& key) override {
@@ -97,8 +108,16 @@ class CommonStore : public Database {
     return self().read([&](auto& db) { return count_batches_of(db, owner); });
   }
 
+ protected:
+  void expect_failure() { next_trial_.store({}); }  // the next check() tries a job
+
  private:
+  // Each trial leaves dead rows in PostgreSQL.
+  static constexpr std::chrono::seconds kBetweenTrials{30};
+
   Self& self() { return static_cast<Self&>(*this); }
+
+  std::atomic<std::chrono::steady_clock::time_point> next_trial_{};
 };
 
 }  // namespace meshgauge::server::store

@@ -250,7 +250,8 @@ class JobStore {
   virtual Result<Origin> origin() = 0;
   // Keeps when a sweep found more unknown blobs than crashes leave; nullopt: it no longer does.
   virtual Result<Done> doubt(std::optional<TimePoint> since) = 0;
-  // Whether a job could be stored now, and found by the next process: does both with one that is removed again.
+  // Whether a job could be stored now, and found by the next process. Looks at the jobs and writes something; the first
+  // time, every half minute, and after a failure of this or of insert() it also writes a job, which it removes again.
   virtual Result<Done> check() = 0;
 
   // The clock of all processes that use this store. Never blocks.

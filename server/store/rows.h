@@ -129,12 +129,14 @@ std::optional<Job> find_job(Db& db, const JobKey& key) {
   return first_job(db.query(kFindJob, key.owner, key.id));
 }
 
-// A job for JobStore::check(), which removes it in the transaction that inserts it: no other call sees it.
-inline NewJob trial_job(const std::string& id, TimePoint at) {
-  NewJob job;
+// A job for JobStore::check(), which removes it in the transaction that inserts it: no other call sees it. It has
+// ended, so that it leaves nothing in the indexes that claims read.
+inline Job trial_job(const std::string& id, TimePoint at) {
+  Job job;
   job.key.id = id;
-  job.created = at;
-  job.expires_if_never_run = at;
+  job.state = JobState::done;
+  job.created = job.expires_if_never_run = at;
+  job.finished = job.expires = at;
   return job;
 }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
 
 constexpr std::string_view kFileHeader("SQLite format 3", 16);  // with its 0
-constexpr std::string_view kLogHeader("\x37\x7f\x06");         // the next byte says the order of its checksums' bytes
+constexpr std::string_view kLogHeader("\x37\x7f\x06");          // the next byte says the order of its checksums' bytes
 
 // The file that a connection has open; null: none.
 sqlite3_file* file_of(sqlite3* database, int which) {

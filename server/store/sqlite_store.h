@@ -47,7 +47,6 @@ class SqliteStore final : public CommonStore<SqliteStore> {
   Result<std::vector<BlobKey>> known_blobs() override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
   Result<Done> doubt(std::optional<TimePoint> since) override;
-  Result<Done> check() override;
 
   Result<InsertedBatch> insert_batch(const NewBatch& batch) override;
   Result<bool> cancel_batch(const JobKey& key, Moment moment) override;
@@ -69,6 +68,7 @@ class SqliteStore final : public CommonStore<SqliteStore> {
   }
   Result<Done> cancel_the_rest(Moment moment);  // of batches whose cancelling was interrupted
   Result<Done> write(const WriteBehind::Batch& batch);
+  Result<Done> try_writing(bool a_job);
   // Calls remove(most) until it removes fewer than the `most` that it may; returns their sum.
   Result<std::uint64_t> remove_in_portions(const std::function<Result<std::uint64_t>(std::int64_t most)>& remove);
   Result<std::uint64_t> remove_beyond_share(std::uint64_t max_kept, std::int64_t most);

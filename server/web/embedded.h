@@ -1,4 +1,5 @@
-// What the build embeds into the binary: openapi.yaml, and the files of the pages / and /docs, which build.mjs makes.
+// What the build embeds into the binary: openapi.yaml, the schema of manifests (check/gates.schema.json), and the files
+// of the pages / and /docs, which build.mjs makes.
 #pragma once
 
 #include <string_view>
@@ -7,6 +8,7 @@
 namespace meshgauge::server {
 
 std::string_view openapi_yaml();
+std::string_view gates_schema();
 
 struct Asset {
   std::string_view name;  // with its folder: "page/index.html"

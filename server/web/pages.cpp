@@ -162,6 +162,11 @@ void send_description(Exchange& exchange) {
   exchange.response.file = FileBody{std::as_bytes(std::span(openapi_yaml())), nullptr};
 }
 
+void send_gates_schema(Exchange& exchange) {
+  exchange.response.content_type = "application/schema+json";
+  exchange.response.file = FileBody{std::as_bytes(std::span(gates_schema())), nullptr};
+}
+
 void show_root(Exchange& exchange) {
   const std::string_view accept = exchange.head.header("accept");
   const bool text = weight_of(accept, "text/plain") > weight_of(accept, "text/html");

@@ -13,6 +13,7 @@ void send_page_file(Exchange& exchange);       // /page/{}: a file that the page
 void show_reference(Exchange& exchange);       // /docs
 void send_reference_file(Exchange& exchange);  // /docs/{}: a file that /docs loads
 void send_description(Exchange& exchange);     // /openapi.yaml
+void send_gates_schema(Exchange& exchange);    // /gates.schema.json: of the manifests of `meshgauge check`
 
 // /c/{} and /b/{}: the page of a comparison or a batch. Any well-formed id gets the page, which then asks for it;
 // another one as show_damaged_link().

@@ -27,7 +27,7 @@ int main() {
   comparison.outcome.a_to_b = Directed{{}, {1000, 20}, {}};
   comparison.outcome.b_to_a = comparison.outcome.a_to_b;
   const RequestEnd request{"/v1/comparisons", "POST", 200, "", 0.01, 100'000, 2000};
-  const RequestEnd refused{"/v1/comparisons", "POST", 503, "urn:meshgauge:problem:overloaded", 0.01, 0, 300};
+  const RequestEnd refused{"/v1/comparisons", "POST", 503, "/problems/overloaded", 0.01, 0, 300};
 
   Head head;
   head.method = "POST";

@@ -81,7 +81,7 @@ class Ledger:
         if is_given_up(document):  # what runs for a good part of a life may be met by the ends of five
             return job.brief and self.lives - job.accepted_in >= MAX_TRIES
         if document["state"] == "failed":
-            return job.brief and document["problem"]["type"].endswith(":out-of-time")
+            return job.brief and document["problem"]["type"].endswith("/out-of-time")
         return document["state"] == "done" or job.state == "removing"
 
     def check_result(self, identity, distance, document):

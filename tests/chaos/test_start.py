@@ -113,14 +113,14 @@ class Calls(Case):
         self.faults.watch(EVERY_PROCESS)
         self.environment = {"LD_PRELOAD": SHIM, "MESHGAUGE_FAULTS": str(self.faults.path)}
 
-    def start(self, patience=START_SECONDS):
-        return Start(self.folder, environment=self.environment, patience=patience)
+    def start(self, *flags, patience=START_SECONDS):
+        return Start(self.folder, *flags, environment=self.environment, patience=patience)
 
-    def made(self, kind):
+    def made(self, kind, *flags):
         """How many calls of a kind a start makes, up to the end of its service."""
         self.faults.watch(EVERY_PROCESS)
         before = self.faults.calls()[kind]
-        self.check(self.start())
+        self.check(self.start(*flags), answers=not flags)
         return self.faults.calls()[kind] - before
 
     def test_threads(self):
@@ -134,6 +134,17 @@ class Calls(Case):
                 self.assertTrue(start.running or "grants no further thread" in start.text, start.text)
         self.faults.fail("thread", True, after=30)
         self.assertFalse(self.start().running)
+
+    def test_threads_of_handshakes(self):
+        """One in the midst of them, where some run already."""
+        key, certificate = str(self.folder / "k.pem"), str(self.folder / "c.pem")
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2",
+                        "-subj", "/CN=localhost", "-keyout", key, "-out", certificate], check=True, capture_output=True)
+        flags = ("--tls-key", key, "--tls-certificate", certificate, "--io-threads", "1", "--handshake-threads", "32")
+        self.faults.fail("thread", True, after=self.made("thread", *flags) // 2)
+        start = self.start(*flags)
+        self.check(start)
+        self.assertIn("grants no further thread", start.text)
 
     def test_one_call(self):
         for kind in [kind for kind in KINDS if kind not in ("thread", "allocation", "connect")]:

@@ -82,7 +82,7 @@ class Answer:
 
     @property
     def problem(self):
-        return self.json()["type"].rsplit(":", 1)[1] if self.status >= 400 else ""
+        return self.json()["type"].rpartition("/")[2] if self.status >= 400 else ""
 
 
 def ask(port, method, path, body=None, headers=None):

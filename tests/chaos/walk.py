@@ -25,7 +25,7 @@ class HonestLedger(Ledger):
         super().check_answer(identity, job, answer, ended)
 
     def _may_end(self, job, document):
-        if document["state"] == "failed" and document["problem"]["type"].rsplit(":", 1)[1] in ("internal", "storage-unavailable"):
+        if document["state"] == "failed" and document["problem"]["type"].rpartition("/")[2] in ("internal", "storage-unavailable"):
             self.count("failed honestly")
             return True
         return super()._may_end(job, document)

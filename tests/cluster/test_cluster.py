@@ -50,7 +50,7 @@ class Case(unittest.TestCase):
     def refused(self, answer, status, slug):
         self.assertIsNotNone(answer)
         self.assertEqual(answer.status, status, answer.body)
-        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:" + slug)
+        self.assertEqual(answer.json()["type"], "/problems/" + slug)
 
 
 class Comparisons(Case):

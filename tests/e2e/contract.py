@@ -14,7 +14,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 OPENAPI = yaml.load((ROOT / "openapi.yaml").read_text(), yaml.CSafeLoader)
-URN = "urn:meshgauge:problem:"
+PROBLEMS = "/problems/"
 
 
 def close(node):
@@ -229,7 +229,7 @@ def check_body(content, answer, what, empty):
 def check_problem(declared, answer, what):
     problem = answer.json()
     demand(problem["status"] == answer.status, what, "says", problem)
-    slug = problem["type"].removeprefix(URN)
+    slug = problem["type"].removeprefix(PROBLEMS)
     demand(slug in declared["content"]["application/problem+json"]["examples"], what, "is a", slug, "which is not declared")
     return slug
 

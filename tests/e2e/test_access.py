@@ -38,7 +38,7 @@ class Keys(unittest.TestCase):
 
     def refused(self, answer, status, slug):
         self.assertEqual(answer.status, status, answer.body)
-        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:" + slug)
+        self.assertEqual(answer.json()["type"], "/problems/" + slug)
 
     def test_a_key_opens_what_its_scopes_name(self):
         token, entry = new_key("ci")
@@ -205,7 +205,7 @@ class Sites(unittest.TestCase):
 
     def foreign(self, answer):
         self.assertEqual(answer.status, 403, answer.body)
-        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:foreign-request")
+        self.assertEqual(answer.json()["type"], "/problems/foreign-request")
 
     def test_a_name_that_is_made_to_resolve_here_is_refused(self):
         server = self.start()

@@ -144,7 +144,7 @@ class Done(ServerCase):
         path = accepted(answer)
         batch = ended(self.server, path)
         self.assertEqual((batch["counts"]["done"], batch["counts"]["failed"]), (3, 1))
-        self.assertEqual(batch["failures"][0]["problem"]["type"], "urn:meshgauge:problem:non-finite-vertex")
+        self.assertEqual(batch["failures"][0]["problem"]["type"], "/problems/non-finite-vertex")
         for line, height in zip(results(self.server, path), (4, 5, 1)):
             self.assertLessEqual(line["result"]["distance"]["lower"], height)
             self.assertGreaterEqual(line["result"]["distance"]["upper"], height)
@@ -331,7 +331,7 @@ class Running(unittest.TestCase):
             answer = submit(server, manifest)
             if answer.status != 202:
                 break
-        self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
+        self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/overloaded"))
         self.assertGreater(i, 9)
 
     def test_keys_see_their_own_alone(self):

@@ -17,7 +17,7 @@ from pathlib import Path
 import yaml
 
 import contract
-from contract import OPENAPI, OPERATIONS, ROOT, URN, Violation, hold, resolved
+from contract import OPENAPI, OPERATIONS, ROOT, PROBLEMS, Violation, hold, resolved
 from harness import (RAISED, SQUARE, Answer, Server, ServerCase, comparison, flat_grid, multipart, post_head, read_answer,
                      until)
 from keys import bearer, new_key, write_keys
@@ -82,7 +82,7 @@ class Description(unittest.TestCase):
             self.assertEqual(set(closed), ({True} if name in of_requests else {False}) if closed else set(), name)
 
     def test_each_problem_is_an_example_of_some_response_of_its_status(self):
-        table = {row["properties"]["type"]["const"].removeprefix(URN): row["properties"]["status"]["const"]
+        table = {row["properties"]["type"]["const"].removeprefix(PROBLEMS): row["properties"]["status"]["const"]
                  for row in OPENAPI["components"]["schemas"]["Problem"]["oneOf"]}
         self.assertEqual(set(table), set(OPENAPI["components"]["examples"]))
         told = set()
@@ -169,6 +169,7 @@ class Judge(unittest.TestCase):
 
 def line_of(operation, version="HTTP/1.1", query=""):
     path = operation.path.replace("{file}", "docs.js").replace("{id}", MESH_ID if "meshes" in operation.path else ID)
+    path = path.replace("{kind}", "not-found")
     return "%s %s%s %s\r\n" % (operation.method, path, query, version)
 
 
@@ -340,7 +341,7 @@ class Stores(unittest.TestCase):
             self.break_disk(number)
             for request in requests:
                 answer = self.server.raw(request)
-                self.assertEqual((answer.status, answer.json()["type"]), (status, URN + slug), request[:60])
+                self.assertEqual((answer.status, answer.json()["type"]), (status, PROBLEMS + slug), request[:60])
             until(lambda: self.server.get("/readyz").status == 503)
         self.break_disk(0)
         until(lambda: self.server.get("/readyz").status == 200)

@@ -266,7 +266,7 @@ class Queue(unittest.TestCase):
     def compare_in(self, ms):
         answer = self.server.compare(options={"timeout_ms": ms})
         self.assertEqual(self.server.get(self.busy).json()["state"], "running")
-        return answer.status, answer.json()["type"].split(":")[-1]
+        return answer.status, answer.json()["type"].rpartition("/")[2]
 
     def test_the_time_in_the_queue_counts(self):
         self.assertEqual(self.compare_in(100), (503, "out-of-time"))

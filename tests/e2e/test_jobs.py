@@ -60,7 +60,7 @@ class Answers(ServerCase):
         answer = self.server.compare(a=b"v 0 0 nan\n", extra=ASYNC)
         job = wait_for(self.server, answer.headers["location"], *ENDED)
         self.assertEqual((job["state"], job["result"]), ("failed", None))
-        self.assertEqual(job["problem"]["type"], "urn:meshgauge:problem:non-finite-vertex")
+        self.assertEqual(job["problem"]["type"], "/problems/non-finite-vertex")
         waited = self.server.compare(a=b"v 0 0 nan\n", extra="Prefer: wait=60\r\n")
         self.refused(waited, 422, "non-finite-vertex")
 
@@ -105,7 +105,7 @@ class Ends(ServerCase):
         answer = self.delete(waiting)
         waits.join()
         self.assertEqual((answer.status, answer.json()["state"], answer.json()["result"]), (200, "cancelled", None))
-        self.assertEqual(answer.json()["problem"]["type"], "urn:meshgauge:problem:cancelled")
+        self.assertEqual(answer.json()["problem"]["type"], "/problems/cancelled")
         self.assertEqual(answer.json(), self.server.get(waiting).json())
         self.refused(answers[0], 409, "cancelled")
         self.delete(running)
@@ -308,7 +308,7 @@ class Kept(unittest.TestCase):
     def by_its_deadline(self, job):
         """With its interval, or, on a slow machine, without: then the problem says that there was no time."""
         if job["state"] == "failed":
-            return self.assertEqual(job["problem"]["type"], "urn:meshgauge:problem:out-of-time")
+            return self.assertEqual(job["problem"]["type"], "/problems/out-of-time")
         self.assertEqual((job["state"], job["result"]["status"]), ("done", "timeout"))
         self.assertLessEqual(job["result"]["distance"]["lower"], job["result"]["distance"]["upper"])
 
@@ -364,7 +364,7 @@ class Kept(unittest.TestCase):
         server = self.start("--max-queued-jobs", "2")
         paths = [begin_slow(server)[0] for _ in range(2)]
         answer = server.compare(extra=ASYNC)
-        self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
+        self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/overloaded"))
         until(lambda: server.get("/readyz").status == 503)
         # Being refused costs no connection.
         post = f"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n{ASYNC}Content-Length: %d\r\n\r\n%s"
@@ -388,13 +388,13 @@ class Kept(unittest.TestCase):
         self.assertEqual(server.compare(extra=ASYNC).status, 503)
         self.assertEqual(begin_slow(server, ASYNC + key)[0], path)
         answer = server.compare(extra=ASYNC + key)
-        self.assertEqual((answer.status, answer.json()["type"]), (422, "urn:meshgauge:problem:idempotency-key-reused"))
+        self.assertEqual((answer.status, answer.json()["type"]), (422, "/problems/idempotency-key-reused"))
         server.send("DELETE", path)
 
     def test_what_waits_takes_storage(self):
         server = self.start("--max-stored-bytes", str(len(SQUARE + RAISED) - 1))
         answer = server.compare(extra=ASYNC)
-        self.assertEqual((answer.status, answer.json()["type"]), (403, "urn:meshgauge:problem:quota-exceeded"))
+        self.assertEqual((answer.status, answer.json()["type"]), (403, "/problems/quota-exceeded"))
         self.assertEqual(server.compare().status, 200)
 
 

@@ -168,7 +168,7 @@ class Cached(unittest.TestCase):
         if answer.status == 200:  # the worker became free and made it in the time that was left
             self.assertTrue(answer.body.startswith(b"ply\n"))
         else:
-            self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:shutting-down"))
+            self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/shutting-down"))
 
     @unittest.skipUnless(FAILING_DISK and not os.environ.get("MESHGAUGE_SANITIZED"), "a sanitizer comes before every other library")
     def test_a_full_disk(self):
@@ -221,7 +221,7 @@ class Slow(unittest.TestCase):
             if answer.status == 200:
                 self.assertEqual(len(answer.body), len(self.whole))
             else:
-                self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
+                self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/overloaded"))
                 self.assertIn("retry-after", answer.headers)
         self.assertGreater(statuses.count(200), 4)
         self.assertGreater(statuses.count(503), 4)
@@ -254,7 +254,7 @@ class Owners(unittest.TestCase):
                 self.assertEqual(server.get(path + "/deviation.ply", extra=extra).status, 401)
             slow = server.compare(**SLOW, options=SLOW_OPTIONS, extra=bearer(one) + "Prefer: respond-async\r\n")
             answer = server.get(path + "/deviation.glb", extra=bearer(one))
-            self.assertEqual((answer.status, answer.json()["type"]), (429, "urn:meshgauge:problem:too-many-requests"))
+            self.assertEqual((answer.status, answer.json()["type"]), (429, "/problems/too-many-requests"))
             self.assertEqual(server.get(path + "/deviation.ply", extra=bearer(one)).status, 200)  # it is there already
             server.send("DELETE", slow.headers["location"], extra=bearer(one))
 

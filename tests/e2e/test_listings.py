@@ -84,7 +84,7 @@ class Lists(TwoKeys):
             for query in ("limit=0", "limit=101", "limit=x", "limit=", "limit=1&limit=2", "after=", "after=1", "after=-",
                           "after=x-1", "after=1-", "after=99999999999999999999-1", "after=1-" + "0" * 65, "page=2"):
                 answer = self.send(self.mine, "GET", path + "?" + query)
-                self.assertEqual((answer.status, answer.json()["type"]), (400, "urn:meshgauge:problem:malformed-request"))
+                self.assertEqual((answer.status, answer.json()["type"]), (400, "/problems/malformed-request"))
                 self.assertIn(query.split("=")[0], answer.json()["detail"])
             self.assertEqual(self.send(self.mine, "GET", path + "?after=0-0&limit=7").status, 200)
 

@@ -212,7 +212,7 @@ class Limits(unittest.TestCase):
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 201)
         for method, path in (("PUT", path_of(RAISED)), ("POST", "/v1/meshes")):
             answer = server.send(method, path, RAISED)
-            self.assertEqual((answer.status, answer.json()["type"]), (403, "urn:meshgauge:problem:quota-exceeded"))
+            self.assertEqual((answer.status, answer.json()["type"]), (403, "/problems/quota-exceeded"))
             self.assertNotIn("www-authenticate", answer.headers)
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 200)  # takes no more
         self.assertEqual(server.send("DELETE", path_of(SQUARE)).status, 204)
@@ -222,7 +222,7 @@ class Limits(unittest.TestCase):
         server = self.start("--max-stored-meshes", "1")
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 201)
         answer = server.send("PUT", path_of(RAISED), RAISED)
-        self.assertEqual((answer.status, answer.json()["type"]), (403, "urn:meshgauge:problem:quota-exceeded"))
+        self.assertEqual((answer.status, answer.json()["type"]), (403, "/problems/quota-exceeded"))
         self.assertIn("limit of 1", answer.json()["detail"])
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 200)
         self.assertEqual(server.send("DELETE", path_of(SQUARE)).status, 204)
@@ -261,7 +261,7 @@ class Limits(unittest.TestCase):
             taken = [answer for answer in answers if answer.status in (201, 202)]
             refused = [answer for answer in answers if answer.status == 403]
             self.assertEqual((len(taken), len(refused)), (1, len(body) - 1), [answer.status for answer in answers])
-            self.assertEqual({answer.json()["type"] for answer in refused}, {"urn:meshgauge:problem:quota-exceeded"})
+            self.assertEqual({answer.json()["type"] for answer in refused}, {"/problems/quota-exceeded"})
             self.assertLessEqual(sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()), most)
             server.send("DELETE", taken[0].headers["location"])
             until(lambda: not any(path.is_file() for path in folder.rglob("*")))

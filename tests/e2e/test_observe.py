@@ -109,7 +109,7 @@ class Log(unittest.TestCase):
         self.assertGreater(compared["bytes_out"], 1000)
         self.assertNotIn("problem", compared)
         self.assertEqual(missing["route"], None)
-        self.assertEqual(missing["problem"], "urn:meshgauge:problem:not-found")
+        self.assertEqual(missing["problem"], "/problems/not-found")
 
     def test_less_of_it(self):
         problems, events = self.lines("--log-requests", "problems")
@@ -132,7 +132,7 @@ class Log(unittest.TestCase):
             connection.sendall(post_head(len(body) + 10) + body)
         until(lambda: requests(server))
         self.assertEqual(server.stop(), 0)
-        self.assertEqual(requests(server)[0]["problem"], "urn:meshgauge:problem:malformed-request")
+        self.assertEqual(requests(server)[0]["problem"], "/problems/malformed-request")
 
     def test_two_answers_on_one_connection_are_two_lines(self):
         server = Server()

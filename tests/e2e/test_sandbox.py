@@ -113,7 +113,7 @@ class Workers(unittest.TestCase):
     def unreadable(self, answer):
         self.assertEqual(answer.status, 422, answer.body)
         problem = answer.json()
-        self.assertEqual(problem["type"], "urn:meshgauge:problem:unreadable-mesh")
+        self.assertEqual(problem["type"], "/problems/unreadable-mesh")
         self.assertEqual([error["part"] for error in problem["errors"]], ["a"])
         self.assertIn("ended abnormally", problem["detail"])
 
@@ -150,7 +150,7 @@ class Workers(unittest.TestCase):
         os.kill(second, signal.SIGKILL)
         answer = held.answer()
         self.assertEqual(answer.status, 500, answer.body)
-        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:internal")
+        self.assertEqual(answer.json()["type"], "/problems/internal")
         self.assertEqual(answer.json()["errors"], [])
         self.assertEqual(server.compare().status, 200)
 
@@ -190,7 +190,7 @@ class Workers(unittest.TestCase):
         held = Held(server, {"timeout_ms": 700})
         answer = held.answer()
         self.assertEqual(answer.status, 503)
-        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:out-of-time")
+        self.assertEqual(answer.json()["type"], "/problems/out-of-time")
         until(lambda: not alive([held.worker]))
         self.assertEqual(server.compare().status, 200)
 
@@ -208,7 +208,7 @@ class Workers(unittest.TestCase):
         held = Held(server)
         pids = family(server)
         self.assertEqual(server.stop(), 0)
-        self.assertEqual(held.answer().json()["type"], "urn:meshgauge:problem:shutting-down")
+        self.assertEqual(held.answer().json()["type"], "/problems/shutting-down")
         until(lambda: not alive(pids))
 
     def test_a_signal_to_all_is_the_server_s_to_answer(self):

@@ -3,11 +3,13 @@
 import contextlib
 import http.client
 import json
+import re
 import select
 import signal
 import threading
 import unittest
 
+from contract import OPENAPI, PROBLEMS
 from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, flat_grid, comparison, free_port, holding_the_worker, multipart, occupy_guests,
                      post_head, read_answer, until, until_computing, wavy_grid)
 from test_batches import accepted, slow_pairs, submit
@@ -135,6 +137,25 @@ class Comparisons(ServerCase):
         self.refused(self.server.get("*", "OPTIONS"), 404, "not-found")
         self.assertEqual(self.server.get("/healthz", "OPTIONS").headers["allow"], "GET, HEAD")
 
+    def test_the_schema_of_manifests(self):
+        answer = self.server.get("/gates.schema.json")
+        self.assertEqual((answer.status, answer.headers["content-type"]), (200, "application/schema+json"))
+        self.assertEqual(answer.body, (ROOT / "check/gates.schema.json").read_bytes())
+
+    def test_the_type_of_a_problem_is_the_path_of_a_page_about_it(self):
+        problem = self.refused(self.server.get("/v1"), 404, "not-found")
+        page = self.server.get(problem["type"])
+        self.assertEqual((page.status, page.headers["content-type"]), (200, "text/html; charset=utf-8"))
+        self.assertIn("<h1>Not found</h1>\n<p><code>not-found</code>, HTTP status 404</p>\n<p>Nothing has this path", page.body.decode())
+        listed = re.findall(r'<a href="/problems/([a-z-]+)">', self.server.get("/problems").body.decode())
+        self.assertEqual(sorted(listed), sorted(OPENAPI["components"]["examples"]))
+        for kind in listed:
+            text = self.server.get(PROBLEMS + kind).body.decode()
+            self.assertIn(f"<p><code>{kind}</code>, HTTP status ", text)
+            self.assertNotRegex(text, r"<(?:script|style|img|link)\b")
+        for kind in ("none", "Not-Found", "..", "%2e%2e", "not-found/"):
+            self.refused(self.server.get(PROBLEMS + kind), 404, "not-found")
+
     def test_a_range_is_ignored(self):
         ranges = "Range: bytes=" + ",".join("0-" for _ in range(100)) + "\r\n"
         answer = self.server.get("/openapi.yaml", extra=ranges)
@@ -155,7 +176,7 @@ class Crowd(unittest.TestCase):
             refused = until(lambda: len(found := select.select(clients, [], [], 0)[0]) >= 56 and found)
             for client in refused:
                 answer = read_answer(client.makefile("rb"))
-                self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
+                self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/overloaded"))
             until(lambda: b"\nmeshgauge_queue_depth 6\n" in server.get("/metrics").body)
             admitted = [client for client in clients if client not in refused]
             self.assertEqual(select.select(admitted, [], [], 0)[0], [])
@@ -248,7 +269,7 @@ class End(unittest.TestCase):
         by_status = {answer.status: answer.json() for answer in answers}
         self.assertEqual(set(by_status), {200, 503})
         self.assertEqual(by_status[200]["status"], "cancelled")
-        self.assertEqual(by_status[503]["type"], "urn:meshgauge:problem:shutting-down")
+        self.assertEqual(by_status[503]["type"], "/problems/shutting-down")
 
     def test_a_second_signal_ends_the_grace(self):
         server, threads, answers = self.busy_server("--grace-ms", "100000")
@@ -279,7 +300,7 @@ class End(unittest.TestCase):
             connection.sendall(b"--XX")
             self.assertEqual(server.stop(), 0)
             answer = read_answer(stream)
-        self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:shutting-down"))
+        self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/shutting-down"))
 
     def test_log_lines_are_json(self):
         server = Server()

@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -41,6 +42,13 @@ messages about meshes the service says `'a'` and `'b'` where the command line na
 
 This page is made by `tests/messages/messages.py --update`, and a test compares it with what the
 program says.
+"""
+
+KINDS = """
+## Kinds of problems
+
+The `type` of a problem, `/problems/` and its kind, is the path of a page of the service that says
+what stands here. Kinds are never renamed.
 """
 
 
@@ -110,7 +118,7 @@ def answer_cells(answer):
     places = [":".join(filter(None, (error["part"], error["where"]))) for error in problem["errors"]]
     # openapi.yaml lists the options; here one more would change the page.
     detail = re.sub(r"(unknown option '[^']*'; known: )[\w, ]+", r"\1…", problem["detail"])
-    return (f"{answer.status} {problem['type'].removeprefix(contract.URN)}", detail, ", ".join(filter(None, places)))
+    return (f"{answer.status} {problem['type'].removeprefix(contract.PROBLEMS)}", detail, ", ".join(filter(None, places)))
 
 
 def kind_of(server, name, content):
@@ -209,11 +217,27 @@ def request_tables():
                    for heading, rows in refused_requests.sections())
 
 
+def kinds():
+    """What the service's pages say of each kind of problem."""
+    server = Server("--workers", "1")
+    try:
+        listed = re.findall(r'<a href="/problems/([a-z-]+)">', server.get("/problems").body.decode())
+        pages = {slug: server.get(contract.PROBLEMS + slug).body.decode() for slug in listed}
+    finally:
+        server.stop()
+    assert set(pages) == set(contract.OPENAPI["components"]["examples"]), listed
+    out = KINDS
+    for slug, text in pages.items():
+        title, status, words = re.search(r"<h1>(.*)</h1>\n<p><code>[a-z-]+</code>, HTTP status (\d+)</p>\n<p>(.*)</p>\n", text).groups()
+        out += f"\n### {slug}\n\n" + textwrap.fill(f"{title} (HTTP status {status}). {words}", 100, break_on_hyphens=False) + "\n"
+    return out
+
+
 def page():
     with tempfile.TemporaryDirectory() as made, ThreadPoolExecutor(4) as pool:
         place = pathlib.Path(made)
         (place / "flags").mkdir()
-        text = BEGINNING + file_tables(place, pool) + flag_tables(place / "flags") + request_tables()
+        text = BEGINNING + file_tables(place, pool) + flag_tables(place / "flags") + request_tables() + kinds()
     for private in (made, str(ROOT)):
         assert private not in text, f"the page names the folder {private}"
     accepted = [line for line in text.splitlines() if NOT_REFUSED in line]

@@ -195,4 +195,5 @@ def other_verbs():
         ("a key of an unknown scope", ["keys", "new", "ci", "--scope", "all"]),
         ("the digest of a token that is too short", ["keys", "hash"]),
         ("the health of a service that is not there", ["health", "--host", "127.0.0.1", "--port", "1"]),
+        ("a root that does not exist", ["mcp", "--root", "gone"]),
     ]

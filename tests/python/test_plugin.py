@@ -1,5 +1,6 @@
 """The plugin for pytest, in runs of pytest of its own."""
 
+import importlib.util
 import os
 import pathlib
 import re
@@ -20,6 +21,20 @@ HEAD = f"import sys; sys.path.insert(0, {str(TESTS)!r})\nimport shapes\n"
 CLOSE = HEAD + """
 def test_part(assert_mesh_close):
     assert_mesh_close(shapes.box(%s), "baselines/part.ply", max_distance="0.05 mm")
+"""
+
+
+# In each of two tests, one mesh or two for one baseline.
+SHARED = HEAD + """
+import pytest
+@pytest.mark.parametrize("size", [%s])
+def test_part(assert_mesh_close, size):
+    assert_mesh_close(shapes.box(size), "baselines/part.ply", max_distance="0.05 mm")
+"""
+# As xdist makes a worker of a process.
+WORKER = """
+def pytest_configure(config):
+    config.workerinput, config.workeroutput = {}, {}
 """
 
 
@@ -85,7 +100,7 @@ def test_part(assert_mesh_close, name):
             "[pytest]\ndisable_test_id_escaping_and_forfeit_all_rights_to_community_support = True\n")
         code, output = self.run_pytest(source, "--meshgauge-reports", str(self.folder / "reports"))
         self.assertEqual((code, output.count("fail: the distance is at least")), (1, 5), output)
-        reports = [path.name for path in (self.folder / "reports").iterdir()]
+        reports = [path.name for path in (self.folder / "reports").glob("*.html")]
         self.assertEqual(len(reports), 5, reports)
         self.assertLess(max(len(os.fsencode(name)) for name in reports), 143)
 
@@ -110,7 +125,112 @@ def test_part(assert_mesh_close, name):
         page = report.read_text()
         self.assertIn("data:image/png;base64", page)
         self.assertIn(limit, page)
+        picture = pathlib.Path(urllib.parse.unquote(re.search(r"picture: file://(\S+)", output)[1]))
+        self.assertEqual(picture, report.with_suffix(".png"))
+        self.assertTrue(picture.read_bytes().startswith(b"\x89PNG\r\n"))
+        self.assertEqual([path.name for path in report.parent.iterdir() if path.name.startswith(".")], [])
         return report
+
+    def files(self, folder="baselines"):
+        top = self.folder / folder
+        return sorted(path.relative_to(top).as_posix() for path in top.rglob("*") if path.is_file())
+
+    def test_a_baseline_has_its_place_by_the_tests_name(self):
+        source = HEAD + """
+import pytest
+LIMIT = {"max_distance": "0.05 mm"}
+def test_part(assert_mesh_close):
+    assert_mesh_close(shapes.box(%s), **LIMIT)
+    assert_mesh_close(shapes.box(3), shapes.box(3), **LIMIT)
+    assert_mesh_close(shapes.box(4), **LIMIT)
+@pytest.mark.parametrize("what", ["10", "a/b", "a b"])
+def test_each(assert_mesh_close, what):
+    assert_mesh_close(shapes.box(len(what)), **LIMIT)
+class TestLid:
+    def test_part(self, assert_mesh_close, tmp_path):
+        (tmp_path / "made.obj").write_bytes(shapes.obj(shapes.box(5)))
+        assert_mesh_close(tmp_path / "made.obj", **LIMIT)
+"""
+        code, output = self.run_pytest(source % 10)
+        self.assertEqual(code, 1, output)
+        self.assertIn("baselines/test_it/test_part.ply does not exist; pytest --meshgauge-update writes it", output)
+        code, output = self.run_pytest(source % 10, "--meshgauge-update")
+        self.assertEqual(code, 0, output)
+        written = self.files()
+        self.assertEqual(len(written), 6, written)
+        for name in ("TestLid.test_part.obj", "test_each-10.ply", "test_part+2.ply", "test_part.ply"):
+            self.assertIn(f"test_it/{name}", written)
+        odd = [name for name in written if re.fullmatch(r"test_it/test_each-a-b-[0-9a-f]{8}\.ply", name)]
+        self.assertEqual(len(odd), 2, written)
+        self.assertEqual(self.run_pytest(source % 10.01)[0], 0)
+        self.assertEqual(self.run_pytest(source % 10.1)[0], 1)
+        self.assertEqual(self.files(), written)
+
+    def test_a_baseline_that_is_there_may_have_another_suffix(self):
+        folder = self.folder / "baselines/test_it"
+        folder.mkdir(parents=True)
+        (folder / "test_part.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        source = HEAD + """
+import numpy
+def test_part(assert_mesh_close):
+    corners = numpy.array([[0.0, 0, 0], [%s, 0, 0], [0, 1, 0]])
+    assert_mesh_close((corners, numpy.array([[0, 1, 2]])), max_distance=0.1)
+"""
+        self.assertEqual(self.run_pytest(source % 1)[0], 0)
+        code, output = self.run_pytest(source % 2, "--meshgauge-update")
+        self.assertEqual((code, "name it *.ply" in output), (1, True), output)
+        (folder / "test_part.stl").write_text("solid s\nendsolid s\n")
+        code, output = self.run_pytest(source % 1)
+        self.assertEqual((code, "there are 2 baselines of this test" in output), (1, True), output)
+
+    def test_a_baseline_of_two_tests_is_written_for_one(self):
+        code, output = self.run_pytest(SHARED % "10, 10.01", "--meshgauge-update")
+        self.assertEqual((code, output.count("meshgauge: wrote")), (0, 1), output)
+        code, output = self.run_pytest(SHARED % "11, 12", "--meshgauge-update")
+        self.assertEqual(code, 1, output)
+        self.assertRegex(output, r"part\.ply is that of test_it\.py::test_part\[11\] as well, of another mesh: give each its own")
+        self.assertEqual(self.run_pytest(SHARED % "11")[0], 0)
+        twice = HEAD + """
+def test_twice(assert_mesh_close):
+    for size in (10, 20):
+        assert_mesh_close(shapes.box(size), "baselines/twice.ply", max_distance=0.1)
+"""
+        self.assertIn("that of test_it.py::test_twice as well", self.run_pytest(twice, "--meshgauge-update")[1])
+
+    def test_workers_know_what_the_others_have_written(self):
+        (self.folder / "conftest.py").write_text(WORKER)
+        (self.folder / "base").mkdir()
+
+        def run_worker(name, size):
+            return self.run_pytest(SHARED % size, "--meshgauge-update", f"--basetemp=base/{name}")
+
+        self.assertEqual(run_worker("gw0", 10)[0], 0)
+        self.assertEqual(run_worker("gw1", 10.01)[0], 0)
+        code, output = run_worker("gw2", 11)
+        self.assertEqual((code, "that of test_it.py::test_part[10] as well" in output), (1, True), output)
+        self.assertEqual(self.files(), ["part.ply"])
+
+    @unittest.skipUnless(importlib.util.find_spec("xdist"), "needs pytest-xdist")
+    def test_with_xdist(self):
+        source = HEAD + """
+import pytest
+@pytest.mark.parametrize("size", range(1, 9))
+def test_own(assert_mesh_close, size):
+    assert_mesh_close(shapes.box(size), max_distance="0.05 mm")
+    assert_mesh_close(shapes.box(3), "baselines/shared.ply", max_distance="0.05 mm")
+"""
+        workers = ("-n", "2")
+        code, output = self.run_pytest(source, "--meshgauge-update", *workers)
+        self.assertEqual((code, output.count("meshgauge: wrote")), (0, 9), output)
+        self.assertEqual(self.files(), ["shared.ply", *(f"test_it/test_own-{size}.ply" for size in range(1, 9))])
+        self.assertEqual(self.run_pytest(source, *workers)[0], 0)
+        other = source.replace("box(3)", "box(3 + size % 2)")
+        code, output = self.run_pytest(other, "--dist=each", "--tx", "2*popen")  # each test by both workers
+        self.assertEqual(code, 1, output)
+        reports = set(re.findall(r"report: file://(\S+)", output))
+        self.assertEqual(len(reports), 4, output)
+        for report in reports:
+            self.assertIn("</html>", pathlib.Path(urllib.parse.unquote(report)).read_text())
 
     def test_a_report_has_all_limits(self):
         source = HEAD + """

@@ -49,6 +49,7 @@ class Wheel(unittest.TestCase):
         with zipfile.ZipFile(self.wheels[0]) as archive:
             names = set(archive.namelist())
             self.assertTrue({"meshgauge/py.typed", "meshgauge/libmeshgauge.so", "meshgauge/__init__.py"} <= names)
+            self.assertEqual(archive.read("meshgauge/gates.schema.json"), (ROOT / "check/gates.schema.json").read_bytes())
             for place, name in (("licenses.txt", "licenses.txt"), ("sboms/meshgauge.cdx.json", "sbom.cdx.json")):
                 found = next(one for one in names if one.endswith(f".dist-info/{place}"))
                 self.assertEqual(archive.read(found).decode(), f"the text of {name}")

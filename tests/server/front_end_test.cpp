@@ -127,7 +127,7 @@ TEST_CASE("front end: without its store it is alive, not ready, and refuses requ
     REQUIRE(answer);
     CHECK(answer->status == 503);
     CHECK(answer->has_header("Retry-After"));
-    CHECK(type_of(answer) == "urn:meshgauge:problem:storage-unavailable");
+    CHECK(type_of(answer) == "/problems/storage-unavailable");
   }
   common.jobs.gone = false;
   CHECK(eventually([&] { return front.get("/readyz")->status == 200; }));
@@ -159,7 +159,7 @@ TEST_CASE("front end: at shutdown waiting clients get shutting-down, and durable
       const auto answer = client->get();
       REQUIRE(answer);
       CHECK(answer->status == 503);
-      CHECK(type_of(answer) == "urn:meshgauge:problem:shutting-down");
+      CHECK(type_of(answer) == "/problems/shutting-down");
     }
   }
   const auto counts = store::got(common.embedded.jobs().counts());

@@ -10,15 +10,13 @@ using namespace meshgauge::api;
 
 namespace {
 
-constexpr Name<OptionKind> kKinds[] = {
-    {OptionKind::length, "length"}, {OptionKind::limit, "limit"}, {OptionKind::count, "count"},
-    {OptionKind::choice, "choice"}, {OptionKind::toggle, "toggle"}, {OptionKind::time, "time"},
-    {OptionKind::shape, "shape"}};
+constexpr Name<OptionKind> kKinds[] = {{OptionKind::length, "length"}, {OptionKind::limit, "limit"},
+                                       {OptionKind::count, "count"},   {OptionKind::choice, "choice"},
+                                       {OptionKind::toggle, "toggle"}, {OptionKind::time, "time"},
+                                       {OptionKind::shape, "shape"}};
 
-constexpr Name<Surface::Bit> kSurfaces[] = {{Surface::http, "http"},
-                                            {Surface::manifest, "manifest"},
-                                            {Surface::flags, "flags"},
-                                            {Surface::python, "python"}};
+constexpr Name<Surface::Bit> kSurfaces[] = {
+    {Surface::http, "http"}, {Surface::manifest, "manifest"}, {Surface::flags, "flags"}, {Surface::python, "python"}};
 
 Json row_of(const Option& option) {
   Json row{{"key", option.key}, {"kind", name_of(kKinds, option.kind)}, {"surfaces", Json::array()}};

@@ -49,7 +49,6 @@ class PostgresStore final : public CommonStore<PostgresStore> {
   Result<std::vector<BlobKey>> known_blobs() override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
   Result<Done> doubt(std::optional<TimePoint> since) override;
-  Result<Done> check() override;
   TimePoint time() const override { return control_.time(); }
   bool on_duty() override { return control_.on_duty(); }
 
@@ -73,6 +72,7 @@ class PostgresStore final : public CommonStore<PostgresStore> {
     return pool_.run(Promise::fleeting, work);
   }
   Result<Done> write(const WriteBehind::Batch& batch);
+  Result<Done> try_writing(bool a_job);
   void tell_handed_back(const JobKey& key, JobState state, bool in_batch);
   Result<std::uint64_t> remove_in_portions(
       const std::function<std::uint64_t(PgConnection&, std::int64_t most)>& remove);

@@ -14,7 +14,7 @@ TEST_CASE("problem: an error becomes a document with its place") {
   const Error error{ErrorCode::non_finite_vertex, "vertex 17 of 'a' is NaN", "a", "vertex 17"};
   const json document = json::parse(to_json(api::to_problem(error)));
   CHECK(document ==
-        json{{"type", "urn:meshgauge:problem:non-finite-vertex"},
+        json{{"type", "/problems/non-finite-vertex"},
              {"title", "A coordinate is NaN or infinite"},
              {"status", 422},
              {"detail", "vertex 17 of 'a' is NaN"},
@@ -44,6 +44,10 @@ TEST_CASE("problem: kinds and slugs are unique") {
     CHECK(slugs.insert(row.slug).second);
     CHECK(kinds.insert(row.kind).second);
     CHECK(row.status >= 400);
+    CHECK(row.slug.find_first_not_of("abcdefghijklmnopqrstuvwxyz-") == std::string_view::npos);
+    CHECK(row.help.ends_with('.'));
+    for (const std::string_view text : {row.title, row.help})
+      CHECK(text.find_first_of("<>&") == std::string_view::npos);  // it stands in HTML
   }
   CHECK(kinds.size() == static_cast<std::size_t>(api::ProblemKind::internal) + 1);
 }
@@ -61,13 +65,20 @@ TEST_CASE("problem: openapi.yaml has the same table") {
     return found;
   };
   for (const api::ProblemRow& row : api::problem_table()) {
-    const std::string line = "- properties: {type: {const: 'urn:meshgauge:problem:" + std::string(row.slug) +
+    const std::string line = "- properties: {type: {const: '/problems/" + std::string(row.slug) +
                              "'}, title: {const: \"" + std::string(row.title) +
                              "\"}, status: {const: " + std::to_string(row.status) + "}}";
     INFO(line);
     CHECK(count(line) == 1);
   }
-  CHECK(count("- properties: {type: {const: 'urn:") == api::problem_table().size());
+  CHECK(count("- properties: {type: {const: '/problems/") == api::problem_table().size());
+}
+
+TEST_CASE("problem: the kind is the end of its type, of those that version 0.1 stored as well") {
+  CHECK(api::slug_of("/problems/too-large") == "too-large");
+  CHECK(api::slug_of("urn:meshgauge:problem:too-large") == "too-large");
+  for (const char* none : {"", "about:blank", "/problems/", "too-large", "https://x/problems/too-large"})
+    CHECK(api::slug_of(none).empty());
 }
 
 TEST_CASE("problem: bytes that are not UTF-8 do not break the document") {

@@ -102,6 +102,46 @@ TEST_CASE("mesh file: nothing outside of the folder of a .gltf is opened") {
   }
 }
 
+TEST_CASE("mesh file: within roots no link is followed, not for the file and not for those that it names") {
+  const test::Folder folder;
+  folder.write("out/x.bin", corners());
+  folder.write("out/m.off", test::small_mesh());
+  folder.write("in/sub/x.bin", corners());
+  folder.write("in/sub/m.off", test::small_mesh());
+  folder.write("in/sub/s.gltf", scene("x.bin"));
+  folder.write("in/sub/up.gltf", scene("../x.bin"));
+  folder.write("in/sub/link.gltf", scene("link.bin"));
+  fs::create_symlink(folder / "out/x.bin", folder / "in/sub/link.bin");
+  fs::create_symlink(folder / "out/m.off", folder / "in/link.off");
+  fs::create_symlink("sub/m.off", folder / "in/inner.off");
+  fs::create_directory_symlink(folder / "out", folder / "in/folder");
+  const Confines confines{Roots::open({(folder / "in").string()}).value()};
+  const auto said = [&](const std::string& path) {
+    const auto file = MeshFile::open_within(confines, path);
+    if (!file) return file.error().message;
+    const auto mesh = api::read_mesh(file->bytes(), {"a", path, ""}, confines.limits);
+    return mesh ? std::to_string(mesh->mesh.triangles.size()) : mesh.error().message;
+  };
+  CHECK(said("sub/m.off") == "1");
+  CHECK(said((folder / "in/sub/m.off").string()) == "1");
+  CHECK(said("sub/s.gltf") == "1");
+  CHECK(contains(said("sub/up.gltf"), "has '..'"));
+  for (const char* path : {"link.off", "inner.off", "folder/m.off", "sub/link.gltf"})
+    CHECK(contains(said(path), "is a symbolic link or lies behind one, which is not followed"));
+  CHECK(contains(said((folder / "out/m.off").string()), "is outside of the folders that may be read"));
+  CHECK(contains(said("sub"), "/in/sub' is a folder: name a file in it"));
+  CHECK(contains(said("none.off"), "/in/none.off' cannot be read: No such file or directory"));
+}
+
+TEST_CASE("mesh file: within roots a file has at most so many bytes") {
+  const test::Folder folder;
+  folder.write("m.off", test::small_mesh());
+  const Confines confines{Roots::open({folder.path().string()}).value(), {}, test::small_mesh().size() - 1};
+  const auto file = MeshFile::open_within(confines, "m.off");
+  CHECK(contains(file.error().message, "m.off' is larger than the"));
+  CHECK(file.error().code == ErrorCode::too_large);
+}
+
 TEST_CASE("mesh file: anything but a regular file is refused without blocking") {
   const test::Folder folder;
   fs::create_directories(folder / "in/folder.bin");
@@ -155,4 +195,21 @@ TEST_CASE("mesh file: what a pipe sent, under its name") {
       opened(scene("x.bin")) ==
       "'standard input' is a glTF of several files: it came through a pipe, which has no folder for 'x.bin'; name the "
       ".gltf itself, or send a .glb or a .zip with all files");
+}
+
+TEST_CASE("mesh file: a copy stands in place of a file, with the files beside it, and has its name in messages") {
+  const test::Folder folder;
+  const std::string text = test::small_mesh();
+  const Copies copies{{"main:part.off", folder.write("part", text).string()},
+                      {"main:scene.gltf", folder.write("0/scene.gltf", scene("x.bin")).string()},
+                      {"main:gone.off", (folder / "gone").string()}};
+  const auto opened = [&](const std::string& name) { return MeshFile::open(name, nullptr, &copies); };
+  REQUIRE(opened("main:part.off"));
+  CHECK(opened("main:part.off")->bytes().size() == text.size());
+  CHECK(contains(opened("main:scene.gltf").error().message, "'main:scene.gltf' is a glTF of several files: "));
+  folder.write("0/x.bin", corners());
+  REQUIRE(opened("main:scene.gltf"));
+  CHECK(opened("main:scene.gltf")->more_suffix() == ".zip");
+  CHECK(opened("main:gone.off").error().message == "'main:gone.off' cannot be read: No such file or directory");
+  CHECK(contains(opened("main:other.off").error().message, "'main:other.off' cannot be read"));
 }

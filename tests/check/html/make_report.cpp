@@ -112,11 +112,13 @@ int main(int count, char** arguments) {
   const unsigned processors = api::processors();
   const auto meshes = std::make_shared<check::Meshes>(gates, 2);
   const auto measurer = check::local(gates, meshes, {processors, 0});
-  check::Gallery gallery(meshes, processors);
+  check::Gallery gallery(meshes, gates.size(), true);
   check::Watch watch;
-  watch.ended = [&](const check::GateOutcome& outcome, const check::Standing&) { gallery.add(outcome); };
+  watch.after = [&](std::size_t, const check::GateOutcome& outcome, Control& control) {
+    gallery.draw(outcome, false, 1, control);
+  };
   const check::Report report = check::run(gates, *measurer, watch);
-  const auto pictures = gallery.end(report, never_interrupted);
+  const auto pictures = gallery.end(report, processors, never_interrupted);
   std::ofstream(arguments[1], std::ios::binary) << to_html(report, pictures);
   for (const check::GateOutcome& outcome : report.outcomes) {
     std::printf("%s\t%s\n", std::string(to_string(outcome.verdict())).c_str(), outcome.gate.name.c_str());

@@ -92,6 +92,26 @@ TEST_CASE("a gate that passes has one small view, one direction has the mesh tha
   CHECK_FALSE(back.surfaces[0].candidate);
 }
 
+TEST_CASE("a strip alone has no other view, in any direction, and the same bits on any number of threads") {
+  const Pulled pulled;
+  const Mesh round = shapes::sphere(16);
+  for (const Direction direction : {Direction::symmetric, Direction::a_to_b, Direction::b_to_a}) {
+    GateOutcome outcome = outcome_of(Verdict::fail, pulled.after, pulled.before);
+    outcome.gate.request.options.direction = direction;
+    const auto strip = [&](std::size_t threads) {
+      ThreadPool pool(threads);
+      Control control;
+      return make_picture(Prepared(pulled.mesh), Prepared(round), outcome, pool, control, {false, true});
+    };
+    const GatePicture made = strip(1);
+    CHECK(made.surfaces.empty());
+    CHECK(made.missing.empty());
+    CHECK(made.strip.size() > 1000);
+    CHECK(made.strip.size() <= 200'000);
+    CHECK(made.strip == strip(3).strip);
+  }
+}
+
 TEST_CASE("a witness inside the part is shown by a cut") {
   Mesh hollow = shapes::cube(2);
   const Mesh core = shapes::cube(0.2, Vec3(0.9, 0.9, 0.9));

@@ -1,11 +1,11 @@
 #include "check/html/render.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <doctest/doctest.h>
-#include <png.h>
 
 #include "shapes.h"
 
@@ -13,8 +13,6 @@ using namespace meshgauge;
 using namespace meshgauge::check;
 
 namespace {
-
-using Pixel = std::array<std::uint8_t, 4>;
 
 Pixel pixel(const Image& image, int x, int y) {
   Pixel rgba;
@@ -154,17 +152,15 @@ TEST_CASE("the side that is seen through a hole alone is found, and drawn darker
   CHECK(middle(inside) < 0.8 * middle(Inside::unknown));
 }
 
-TEST_CASE("a PNG reads back as the picture that was written") {
-  Image image{3, 2, {}};
-  for (int i = 0; i < 24; ++i) image.rgba.push_back(static_cast<std::uint8_t>(i % 4 == 3 ? 255 : 9 * i));
-  const auto bytes = to_png(image);
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  REQUIRE(png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) != 0);
-  CHECK(png.width == 3);
-  CHECK(png.height == 2);
-  png.format = PNG_FORMAT_RGBA;
-  std::vector<std::uint8_t> back(PNG_IMAGE_SIZE(png));
-  REQUIRE(png_image_finish_read(&png, nullptr, back.data(), 0, nullptr) != 0);
-  CHECK(back == image.rgba);
+TEST_CASE("without a distance the surface is grey, and where nothing is has no depth") {
+  const Mesh mesh = shapes::sphere(20);
+  const Camera camera = from_above(mesh, 60, 60);
+  ThreadPool pool(2);
+  const Rendered made = render_with_depth(mesh, camera, {{}, {1, true}, Inside::unknown}, pool);
+  const Pixel middle = pixel(made.image, 30, 30);
+  CHECK(middle[3] == 255);
+  CHECK(std::abs(middle[0] - middle[2]) < 24);
+  REQUIRE(made.depth.size() == 60 * 60);
+  CHECK(made.depth[30 * 60 + 30] > made.depth[30 * 60 + 12]);
+  CHECK(made.depth[0] == -std::numeric_limits<float>::infinity());
 }

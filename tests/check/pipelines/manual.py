@@ -22,17 +22,21 @@ README = (ROOT / "README.md").read_text()
 PIPELINE = README.split("## In a pipeline\n")[1].split("\n## ")[0]
 
 # What the pages download from, as packaging/repository says.
-RELEASES = f"https://github.com/{(ROOT / 'packaging/repository').read_text().strip()}/releases/download"
+REPOSITORY = (ROOT / "packaging/repository").read_text().strip()
+RELEASES = f"https://github.com/{REPOSITORY}/releases/download"
 
-# A stand-in for docker: runs the built program with the arguments after the image, and logs its own arguments.
+# A stand-in for docker: runs the built program with the arguments after the image, and logs its own arguments. DOCKER_RUN: how a
+# docker ends that starts no container.
 DOCKER = """#!/bin/sh
 printf '%s\\n' "$*" >> "$DOCKER_LOG"
 case $1 in
   info) exit "${DOCKER_INFO:-0}" ;;
   import) tar -tf - >> "$DOCKER_LOG.image" && echo sha256:imported && exit ;;
 esac
-while [ "$1" != --entrypoint ]; do shift; done
-shift 3
+[ -z "$DOCKER_RUN" ] || exit "$DOCKER_RUN"
+while [ "$1" != --entrypoint ] && [ "${1#ghcr.io/}" = "$1" ]; do shift; done
+if [ "$1" = --entrypoint ]; then shift 2; fi
+shift
 exec meshgauge "$@"
 """
 
@@ -56,6 +60,11 @@ def blocks(page):
 
 def files(page):
     return {block.file: block.text for block in blocks(page) if block.language == "yaml" and block.file}
+
+
+def all_of(page, name):
+    """The texts of every file of this name that the page shows."""
+    return [block.text for block in blocks(page) if block.language == "yaml" and block.file == name]
 
 
 def rows(page, heading):
@@ -100,7 +109,7 @@ class Releases:
 
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=self.place.parent))
         self.url = f"http://127.0.0.1:{self.server.server_port}"
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        threading.Thread(target=self.server.serve_forever, args=(0.05,), daemon=True).start()
 
     def close(self):
         self.server.shutdown()

@@ -16,7 +16,7 @@ import yaml
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "reports"))
 import npm_tools
 from harness import ROOT
-from manual import MANUAL, PIPELINE, Releases, files, repository, tools
+from manual import MANUAL, PIPELINE, REPOSITORY, Releases, all_of, files, repository, tools
 
 GITLAB_SCHEMA = "gitlab.com/gitlab-org/gitlab/-/raw/master/app/assets/javascripts/editor/schema/ci.json"
 WORKFLOW = ".github/workflows/meshes.yml"
@@ -52,11 +52,14 @@ class Schemas(unittest.TestCase):
         for schema, text in self.shown.items():
             with self.subTest(schema=schema):
                 self.assertEqual(problems(schema, text), [])
-        self.assertEqual(problems("github-workflow.json", files(PIPELINE)[WORKFLOW]), [])
+        for page in (MANUAL, PIPELINE):
+            for text in all_of(page, WORKFLOW):
+                self.assertEqual(problems("github-workflow.json", text), [])
         # The schema is older than GitHub's attestations.
         release = (ROOT / ".github/workflows/release.yml").read_text().replace("      attestations: write\n", "")
         self.assertEqual(problems("github-workflow.json", release), [])
-        self.assertEqual(problems(GITLAB_SCHEMA, files(MANUAL)[".gitlab-ci.yml"]), [])
+        for name in (".gitlab-ci.yml", "meshes.gitlab-ci.yml"):
+            self.assertEqual(problems(GITLAB_SCHEMA, files(MANUAL)[name]), [])
 
     def test_the_schemas_refuse(self):
         worse = {"github-action.json": ("using: composite", "using: compost"), "github-workflow.json": ("runs-on:", "run-on:"),
@@ -69,9 +72,13 @@ class Schemas(unittest.TestCase):
 
     def test_the_workflow_gives_what_the_action_takes(self):
         action = yaml.safe_load((ROOT / "action.yml").read_text())
-        for text in (files(MANUAL)[WORKFLOW], files(PIPELINE)[WORKFLOW]):
-            steps = [step for job in yaml.load(text, Yaml)["jobs"].values() for step in job["steps"]]
-            (step,) = [step for step in steps if step["uses"].endswith("/meshgauge@v1")]
+        workflows = [*all_of(MANUAL, WORKFLOW), *all_of(PIPELINE, WORKFLOW)]
+        self.assertEqual(len(workflows), 3)
+        for text in workflows:
+            workflow = yaml.load(text, Yaml)
+            self.assertEqual(workflow["permissions"]["pull-requests"], "write")
+            steps = [step for job in workflow["jobs"].values() for step in job["steps"]]
+            (step,) = [step for step in steps if step["uses"].endswith("/meshgauge@v0")]
             self.assertLessEqual(set(step.get("with", {})), set(action["inputs"]))
 
 
@@ -86,13 +93,14 @@ class GitLab(unittest.TestCase):
         place = repository(top / "repository", broken)
         config = yaml.safe_load(files(MANUAL)[".gitlab-ci.yml"])
         (included,) = config["include"]
-        template = ROOT / included["file"]
+        place_of_template = re.fullmatch(rf"https://raw\.githubusercontent\.com/{REPOSITORY}/v0/(\S+)", included["remote"])[1]
+        template = ROOT / place_of_template
         releases = Releases(top)
         self.addCleanup(releases.close)
         config["meshes"]["variables"] |= {"MESHGAUGE_RELEASES": releases.url, "MESHGAUGE_SHA256": sha256 or releases.sha256}
-        config["include"] = [{"local": included["file"]}]
-        (place / included["file"]).parent.mkdir(parents=True)
-        (place / included["file"]).write_text(template.read_text())
+        config["include"] = [{"local": place_of_template}]
+        (place / place_of_template).parent.mkdir(parents=True)
+        (place / place_of_template).write_text(template.read_text())
         (place / ".gitlab-ci.yml").write_text(yaml.safe_dump(config))
         for command in (("init", "-q"), ("remote", "add", "origin", "git@gitlab.example:owner/parts.git"), ("add", "-A"),
                         ("commit", "-qm", "parts")):

@@ -29,7 +29,7 @@ std::string batch_of(const std::string& running) {
 }
 
 std::string problem(const std::string& slug, const std::string& detail, const std::string& part) {
-  return R"({"type":"urn:meshgauge:problem:)" + slug + R"(","title":"t","status":422,"detail":")" + detail +
+  return R"({"type":"/problems/)" + slug + R"(","title":"t","status":422,"detail":")" + detail +
          R"(","errors":[{"part":")" + part + R"(","where":"line 3","message":"m"}]})";
 }
 
@@ -253,8 +253,14 @@ TEST_CASE("answer: every kind of problem that a mesh can have keeps its code") {
   }
 }
 
+TEST_CASE("answer: a service of version 0.1 names its problems otherwise") {
+  const auto problem = problem_from(std::string_view(R"({"type":"urn:meshgauge:problem:empty-mesh","detail":"d"})"));
+  REQUIRE(problem);
+  CHECK(problem->slug == "empty-mesh");
+}
+
 TEST_CASE("answer: a refusal says what to do") {
-  const std::string body = R"({"type":"urn:meshgauge:problem:unauthorized","detail":"send a key","errors":[]})";
+  const std::string body = R"({"type":"/problems/unauthorized","detail":"send a key","errors":[]})";
   CHECK(error_of(reply(401, body), gate(), kBase, false).message ==
         "the service at http://service says: send a key (give a key by --key-file or MESHGAUGE_KEY)");
   CHECK(error_of(reply(401, body), gate(), kBase, true).message.ends_with("(the key is not accepted)"));

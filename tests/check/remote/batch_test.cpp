@@ -15,7 +15,7 @@ const std::string kBatchId(32, '0');
 
 std::string line(int position, const std::string& state = "failed") {
   return R"({"position":)" + std::to_string(position) + R"(,"name":null,"comparison":")" + kBatchId + R"(","state":")" +
-         state + R"(","verdict":null,"result":null,"problem":{"type":"urn:meshgauge:problem:empty-mesh"}})" + "\n";
+         state + R"(","verdict":null,"result":null,"problem":{"type":"/problems/empty-mesh"}})" + "\n";
 }
 
 struct Taken {

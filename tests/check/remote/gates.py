@@ -191,7 +191,7 @@ class Relay:
 def without_batches(handler, seen):
     """Makes a relay look like a service without batches."""
     if handler.path.startswith("/v1/batches"):
-        problem = {"type": "urn:meshgauge:problem:not-found", "title": "t", "status": 404, "detail": "no such path", "errors": []}
+        problem = {"type": "/problems/not-found", "title": "t", "status": 404, "detail": "no such path", "errors": []}
         handler.answer(404, {"Content-Type": "application/problem+json"}, json.dumps(problem).encode())
         return True
     return False

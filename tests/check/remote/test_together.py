@@ -1,5 +1,6 @@
 """Many gates as one batch: what is sent and reported, which answers are not trusted, which failures are retried."""
 
+import itertools
 import json
 import signal
 import tempfile
@@ -159,7 +160,7 @@ class Small(Case):
 class Suspicion(Case):
     """A service gives wrong answers about a batch: each gate gets the right verdict or an error, and the run ends."""
 
-    def answers(self, meddle, path="/results.jsonl"):
+    def answers(self, meddle, path="/results.jsonl", **service):
         def answer(handler, seen):
             if not handler.path.endswith(path) or handler.command != "GET" or not handler.path.startswith(PATH):
                 return False
@@ -167,10 +168,23 @@ class Suspicion(Case):
             handler.answer(200, {"Content-Type": headers["Content-Type"]}, meddle(body))
             return True
         with Relay(self.server.port, answer) as relay:
-            run = Run(self.gates, {**SHORT, "url": url_of(relay)})
+            run = Run(self.gates, {**SHORT, "url": url_of(relay), **service})
             outcomes = {o["name"]: o for o in run.ended()}
             self.assertTrue(run.takes_little(), run.peak)
             return outcomes
+
+    def never_ended(self, polled=lambda batch: {}, **service):
+        """No poll says that anything has ended. `polled`: what its answer has in place of the batch's own."""
+        for made in self.gates:
+            made["options"]["timeout_ms"] = 100
+
+        def answer(body):
+            if not body.startswith(b'{"id"'):
+                return b""
+            batch = json.loads(body)
+            counts = {**dict.fromkeys(batch["counts"], 0), "total": 6, "queued": 6}
+            return json.dumps({**batch, "state": "running", "finished": None, "counts": counts, **polled(batch)}).encode()
+        self.assert_errors("did not end the batch in its time", self.answers(answer, "", **service))
 
     def assert_errors(self, text, outcomes):
         for outcome in outcomes.values():
@@ -209,19 +223,16 @@ class Suspicion(Case):
         self.assert_errors("has lost the comparison", self.answers(lambda _: b""))
 
     def test_a_batch_that_never_ends(self):
-        for made in self.gates:
-            made["timeout_ms"] = 100
+        self.never_ended()
 
-        def still(body):
-            batch = json.loads(body)
-            counts = {name: 0 for name in batch["counts"]}
-            return json.dumps({**batch, "state": "running", "finished": None,
-                               "counts": {**counts, "total": 6, "queued": 6}}).encode()
-        path = ""
+    def test_a_batch_that_runs_again_and_again(self):
+        """With each poll something runs or nothing does, and nothing ends."""
+        polls = itertools.count()
 
-        def answer(body):
-            return still(body) if body.startswith(b'{"id"') else b""
-        self.assert_errors("did not end the batch in its time", self.answers(answer, path))
+        def polled(batch):
+            poll = next(polls)
+            return {"running": [{"position": 0}] if poll % 2 == 0 else []} if poll < 60 else {**batch, "state": "cancelled"}
+        self.never_ended(polled, retry_ms=3000)
 
     def test_another_batch(self):
         bodies = [lambda b: {**b, "id": "0" * 32}, lambda b: {**b, "counts": {**b["counts"], "total": 7}},

@@ -97,7 +97,7 @@ class Addresses(Trouble):
         self.assertIn("--key-in-clear", refused)
 
     def test_a_comparison_that_was_out_of_time_is_not_asked_for_again(self):
-        problem = {"type": "urn:meshgauge:problem:out-of-time", "title": "t", "status": 503,
+        problem = {"type": "/problems/out-of-time", "title": "t", "status": 503,
                    "detail": "timed out before 'a' was read", "errors": []}
         with Relay(self.server.port) as relay:
             relay.change_results(lambda line: {**line, "state": "failed", "result": None, "problem": problem})
@@ -308,7 +308,7 @@ class Strangers(Trouble):
                     self.assertIn("does not answer as a meshgauge service", error)
 
     def test_words_that_a_terminal_or_a_log_would_obey(self):
-        problem = {"type": "urn:meshgauge:problem:forbidden", "detail": "\x1b]0;x\x07\n::error::" + "x" * 100_000,
+        problem = {"type": "/problems/forbidden", "detail": "\x1b]0;x\x07\n::error::" + "x" * 100_000,
                    "errors": [{"part": "\x1b[31m", "where": 7}]}
         for error in self.answers(403, json.dumps(problem).encode(), "application/problem+json"):
             self.assertIn("::error::xxx", error)

@@ -192,6 +192,25 @@ TEST_CASE("history: each limit is drawn by its own verdict") {
   CHECK(sparkline(charts[2].runs) == "\u2581\u2581");
 }
 
+TEST_CASE("history: Markdown shows the course of a gate that passes as of one that fails") {
+  const api::test::Folder folder;
+  Report report;
+  for (int i = 0; i < 2; ++i) {
+    report = samples::report_of({samples::passed("pin"), samples::failed("lid")});
+    auto history = History::open(folder / "history.jsonl");
+    REQUIRE(history);
+    REQUIRE(history->keep("2026-11-25T12:00:00Z", "", report));
+    const std::string text = to_markdown(report);
+    const bool is_second = i == 1;
+    CHECK((text.find("\n\n- `pin`: last 2 runs of the distance, the limit is the height of `\u2585`: `") !=
+           std::string::npos) == is_second);
+    CHECK((text.find("\n- last 2 runs of the distance, the limit is the height of `\u2585`: `") != std::string::npos) ==
+          is_second);
+  }
+  const std::string small = to_markdown(report, 2000);
+  CHECK(small.size() <= 2000);
+}
+
 TEST_CASE("history: a limit of the area has a chart of its own") {
   const api::test::Folder folder;
   const auto file = folder / "history.jsonl";

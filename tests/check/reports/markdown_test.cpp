@@ -143,3 +143,38 @@ TEST_CASE("markdown: links to pages of batches are limited") {
   CHECK(text.find("[batch 3](<https://ci.example/b/3>) and 2 more\n") != std::string::npos);
   CHECK(text.find("https://ci.example/b/4") == std::string::npos);
 }
+
+TEST_CASE("markdown: a comment folds the limits that are kept and says where pictures belong") {
+  GateOutcome one = samples::zone("nut");
+  const Report report = samples::report_of({one, samples::passed("bracket")});
+  const std::string text = to_comment(report);
+  const std::size_t fold = position(text, "<details><summary>1 gate and 1 limit of others passed</summary>");
+  CHECK(position(text, "| `nut`: distance inside |") < fold);
+  CHECK(fold < position(text, "| pass | `nut`: distance outside |"));
+  CHECK(position(text, "### ❌ `nut`") < position(text, "\n<!-- picture: nut.png -->\n"));
+  const std::string summary = to_markdown(report);
+  CHECK(summary.find("<!--") == std::string::npos);
+  CHECK(position(summary, "| `nut`: distance outside |") < position(summary, "<details>"));
+  position(to_comment(samples::report_of({samples::zone("nut")})), "<details><summary>1 limit passed</summary>");
+}
+
+TEST_CASE("markdown: a comment has room for what GitHub's page takes") {
+  std::vector<GateOutcome> many;
+  for (int i = 0; i < 500; ++i) many.push_back(samples::failed("gate-" + std::to_string(i)));
+  CHECK(to_comment(samples::report_of(many)).size() <= kCommentBytes);
+  CHECK(to_comment(samples::hostile()).size() <= kCommentBytes);
+}
+
+TEST_CASE("markdown: no name of a gate ends the mark of its picture") {
+  Report hostile = samples::hostile();
+  hostile.outcomes.push_back(samples::failed("--> <img src=x> <!--"));
+  const std::string text = to_comment(hostile, 10'000'000);
+  std::size_t marks = 0;
+  for (std::size_t at = text.find("\n<!--"); at != std::string::npos; at = text.find("\n<!--", at + 1)) {
+    const std::string mark = text.substr(at + 1, text.find('\n', at + 1) - at - 1);
+    CHECK(mark.starts_with("<!-- picture: "));
+    CHECK(mark.find("-->") == mark.size() - 3);
+    ++marks;
+  }
+  CHECK(marks == 2 * samples::hostile_names().size() + 1);
+}

@@ -126,13 +126,14 @@ class Markdown(unittest.TestCase):
 
     def test_nothing_in_a_name_is_markup(self):
         _, tame = self.rendered("ordinary")
-        _, hostile = self.rendered("hostile")
-        self.assertLessEqual(hostile.elements, tame.elements | {("details",), ("summary",)})
-        self.assertEqual({element[0] for element in hostile.elements},
-                         {"h2", "h3", "p", "ul", "li", "table", "thead", "tbody", "tr", "th", "td", "code", "details", "summary"})
-        # A forge makes mentions and references of text, not of what stands in <code>.
-        self.assertIn("octocat", hostile.text)
-        self.assertNotRegex(hostile.text, r"[@#!~%$:][\w/]")
+        for name in ("hostile", "hostile.comment"):
+            _, hostile = self.rendered(name)
+            self.assertLessEqual(hostile.elements, tame.elements | {("details",), ("summary",)})
+            self.assertEqual({element[0] for element in hostile.elements},
+                             {"h2", "h3", "p", "ul", "li", "table", "thead", "tbody", "tr", "th", "td", "code", "details", "summary"})
+            # A forge makes mentions and references of text, not of what stands in <code>.
+            self.assertIn("octocat", hostile.text)
+            self.assertNotRegex(hostile.text, r"[@#!~%$:][\w/]")
 
     def test_names_are_shown(self):
         _, hostile = self.rendered("hostile")

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "check/reports/reports.h"
 #include "check/reports/sample_reports.h"
@@ -44,6 +45,15 @@ std::string batch_report() {
   return text + meshgauge::server::junit_tail();
 }
 
+// The report as a comment that tells changes from a run of gates with names that hold anything.
+std::string comment_of(meshgauge::check::Report report) {
+  using namespace meshgauge::check;
+  Earlier earlier{"`main|"};
+  for (const std::string& name : samples::hostile_names()) earlier.gates["was " + name] = EarlierGate{Verdict::pass};
+  report.since = std::move(earlier);
+  return to_comment(report, kMarkdownBytes);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -54,6 +64,7 @@ int main(int argc, char** argv) {
     ok = ok && write(folder / (std::string(name) + ".xml"), to_junit(report));
     ok = ok && write(folder / (std::string(name) + ".sarif"), to_sarif(report));
     ok = ok && write(folder / (std::string(name) + ".md"), to_markdown(report));
+    ok = ok && write(folder / (std::string(name) + ".comment.md"), comment_of(report));
     ok = ok && write(folder / (std::string(name) + ".codequality.json"), to_code_quality(report));
   }
   return ok ? 0 : 3;

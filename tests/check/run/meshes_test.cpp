@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "check/run/gates.h"
+#include "eventually.h"
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -132,4 +133,19 @@ TEST_CASE("readers without a waiting caller are counted until they end") {
   Control control;
   CHECK(meshes.get(file, control).ok());
   while (meshes.reading()) std::this_thread::yield();
+}
+
+TEST_CASE("a further turn reads the files again that were freed") {
+  const Folder folder;
+  const std::vector<Gate> gates{gate(folder.obj("a.obj", shapes::grid(4)), folder.obj("b.obj", shapes::grid(5)), 1)};
+  Meshes meshes(gates);
+  Control control;
+  std::weak_ptr<const api::PreparedMesh> first = meshes.get(gates[0].candidate, control).value();
+  meshes.done(gates[0]);
+  CHECK(eventually([&] { return first.expired(); }));
+  meshes.again(gates[0]);
+  const std::weak_ptr<const api::PreparedMesh> second = meshes.get(gates[0].candidate, control).value();
+  CHECK_FALSE(second.expired());
+  meshes.done(gates[0]);
+  CHECK(eventually([&] { return second.expired(); }));
 }

@@ -275,8 +275,9 @@ class Manifest(Workplace):
 
     def test_new_baselines_are_not_reported(self):
         self.manifest([self.GATES[PASS]])
-        for flag in ("--json", "--junit=x", "--sarif=x", "--markdown=x", "--code-quality=x", "--html=x", "--deviation=x",
-                     "--server=http://127.0.0.1:1", "--statistics", "--undecided=warn"):
+        for flag in ("--json", "--junit=x", "--sarif=x", "--markdown=x", "--code-quality=x", "--html=x", "--pictures=x",
+                     "--deviation=x", "--server=http://127.0.0.1:1", "--statistics", "--undecided=warn",
+                     "--against=main"):
             self.fails("gates.yaml", "--update-baselines", "--dry-run", flag, saying=flag.split("=")[0])
         self.exits(0, "gates.yaml", "--update-baselines", "--dry-run")
 

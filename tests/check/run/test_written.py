@@ -110,9 +110,78 @@ class Reports(Workplace):
             self.assertIn("bad", text[flag])
         self.assertIn("data:image/png", text["--html"])  # pictures of the meshes, too
 
+    def test_annotations_are_written_where_github_runs_it(self):
+        pair = ("flat.obj", "raised.obj", *self.LIMIT)
+        github = {"GITHUB_ACTIONS": "true", "GITHUB_WORKSPACE": str(self.folder)}
+        result = self.exits(1, *pair, "--json", environment=github)
+        json.loads(result.stdout)
+        (line,) = [line for line in result.stderr.splitlines() if line.startswith("::")]
+        self.assertTrue(line.startswith("::error file=flat.obj,line=1,title=meshgauge%3A flat.obj::Gate 'flat.obj': the distance"), line)
+        self.assertNotIn("::error", self.exits(1, *pair, "--no-annotations", environment=github).stderr)
+        for elsewhere in ({}, {"GITHUB_ACTIONS": ""}, {"GITHUB_ACTIONS": "false"}):
+            self.assertNotIn("::error", self.exits(1, *pair, environment=elsewhere).stderr)
+        self.assertIn("\n::error ", self.exits(1, *pair, "--annotations").stderr)
+        self.assertNotIn("::error", self.exits(1, *pair, "--annotations=log").stderr)
+        self.assertEqual((self.folder / "log").read_text(), line + "\n")
+        self.manifest([("part", "flat.obj", "raised.obj", 1)])
+        (self.folder / "sub").mkdir()
+        result = self.exits(1, "sub/../gates.yaml", environment=github)
+        self.assertIn("\n::error file=gates.yaml,line=3,title=", result.stderr)
+        wrong = self.manifest([("part", "none.obj", "raised.obj", "1 parsec")])
+        self.assertIn("\n::error file=gates.yaml,line=", self.exits(3, wrong, environment=github).stderr)
+
+    def test_what_changed_since_an_earlier_run(self):
+        self.manifest([("part", "flat.obj", "raised.obj", 3)])
+        self.exits(0, "gates.yaml", "--json=before.json")
+        self.manifest([("part", "flat.obj", "raised.obj", 1)])
+        self.exits(1, "gates.yaml", "--since", "before.json", "--markdown", "r.md", "--comment", "c.md")
+        for name in ("r.md", "c.md"):
+            self.assertRegex((self.folder / name).read_text(), r"\nChanged since `before`:\n\n.*\n.*\n\| `part` \| pass, .* \| fail, .* \|\n")
+        self.file("bad.json", "{")
+        for name in ("bad.json", "none.json"):
+            result = self.exits(1, "gates.yaml", "--since", name, "--comment", "c.md")
+            self.assertIn("meshgauge: --since: '%s'" % name, result.stderr)
+            self.assertIn("is not known", (self.folder / "c.md").read_text())
+        self.fails("gates.yaml", "--since", "before.json", "--json=before.json", saying="is the report of an earlier run")
+
     def test_two_reports_cannot_share_a_place(self):
         self.fails("flat.obj", "raised.obj", *self.LIMIT, "--json", "--markdown", "-", saying="--markdown")
         self.fails("flat.obj", "raised.obj", *self.LIMIT, "--json=x", "--sarif", "x", saying="--sarif")
+
+
+class Pictures(Workplace):
+    def pictures(self, folder="pictures"):
+        return {path.name: path.read_bytes() for path in (self.folder / folder).iterdir()}
+
+    def test_each_gate_that_does_not_pass_has_a_small_png(self):
+        self.file("broken.obj", "v 0 0 zero\n")
+        self.manifest([("good", "flat.obj", "raised.obj", 3), ("bad", "flat.obj", "raised.obj", 1),
+                       ("Odd/<b>name", "flat.obj", "raised.obj", 1), ("broken", "broken.obj", "flat.obj", 1),
+                       ("open", "raised.obj", "flat.obj", 3, "expect: {watertight: true}")])
+        self.exits(3, "gates.yaml", "--pictures", "pictures", "--jobs", "4", "--threads", "1")
+        found = self.pictures()
+        self.assertEqual(len(found), 3, sorted(found))
+        self.assertLessEqual({"bad.png", "open.png"}, set(found))
+        for name, data in found.items():
+            self.assertRegex(name, r"\A[a-z0-9._-]+\.png\Z")
+            self.assertTrue(data.startswith(b"\x89PNG\r\n"), name)
+            self.assertLessEqual(len(data), 200_000)
+        self.exits(3, "gates.yaml", "--pictures", "again", "--jobs", "1", "--threads", "1", "--html", "report.html")
+        self.assertEqual(self.pictures("again"), found)
+
+    def test_of_two_files(self):
+        self.exits(1, "flat.obj", "raised.obj", "--max-distance", "1", "--pictures", "pictures")
+        self.assertEqual(list(self.pictures()), ["flat.obj.png"])
+        self.exits(0, "flat.obj", "raised.obj", "--max-distance", "3", "--pictures", "pictures")
+        self.assertEqual(list(self.pictures()), [])  # that of the run before does not stay
+
+    def test_a_folder_that_cannot_be_written(self):
+        pair = ("flat.obj", "raised.obj", "--max-distance", "1")
+        self.fails(*pair, "--pictures", "flat.obj", saying="--pictures: 'flat.obj' cannot be created as a folder")
+        (self.folder / "pictures/flat.obj.png/full").mkdir(parents=True)
+        result = self.exits(3, *pair, "--pictures", "pictures")
+        self.assertIn("FAIL", result.stdout)
+        self.assertIn("the picture 'pictures/flat.obj.png' cannot be written", result.stderr)
 
 
 class Deviation(Workplace):

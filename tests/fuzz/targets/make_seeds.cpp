@@ -172,6 +172,38 @@ void write_requests(Seeds& seeds) {
   seeds.write("options", "wrong", R"({"threads": 1, "threads": [{"\u0000": -0.0e+1}], "strategy": null})");
 }
 
+// Messages to the tools.
+void write_messages(Seeds& seeds) {
+  const auto call = [](const std::string& id, const std::string& tool, const std::string& arguments) {
+    return R"({"jsonrpc":"2.0","id":)" + id + R"(,"method":"tools/call","params":{"name":")" + tool +
+           R"(","arguments":)" + arguments + "}}\n";
+  };
+  const std::string triangle = R"({"name":"c.off","base64":"T0ZGCjMgMSAwCjAgMCAwCjEgMCAwCjAgMSAwCjMgMCAxIDIK"})";
+  seeds.write("mcp", "session",
+              R"({"jsonrpc":"2.0","id":0,"method":"initialize","params":{"protocolVersion":"2025-06-18"}})"
+              "\n"
+              R"({"jsonrpc":"2.0","method":"notifications/initialized"})"
+              "\n"
+              R"({"jsonrpc":"2.0","id":"x","method":"tools/list"})"
+              "\n"
+              R"({"jsonrpc":"2.0","id":2,"method":"ping"})");
+  seeds.write("mcp", "pass",
+              call("1", "compare_meshes",
+                   R"({"a":{"path":"a.off"},"b":)" + triangle + R"(,"options":{"max_distance":"5 mm"}})"));
+  seeds.write("mcp", "fail",
+              call("1", "compare_meshes",
+                   R"({"a":{"path":"a.off"},"b":{"path":"b.off"},"options":{"max_distance":0,"align":"rigid"}})"));
+  seeds.write("mcp", "inspect", call("\"i\"", "inspect_mesh", R"({"mesh":)" + triangle + R"(,"unit":"mm"})"));
+  seeds.write("mcp", "gates", call("7", "check_gates", R"({"manifest":"gates.yaml","only":["x"],"comparisons":true})"));
+  seeds.write("mcp", "mistakes", call("8", "compare_meshes", R"({"a":{"path":"../x"},"options":{"threads":0},"c":1})"));
+  seeds.write("mcp", "broken", "[]\n{\"id\":1}\n{\n" + call("9", "none", "{}"));
+  seeds.write("mcp", "cancelled",
+              R"({"jsonrpc":"2.0","method":"notifications/cancelled","params":{"requestId":1}})"
+              "\n"
+              R"({"jsonrpc":"2.0","id":3,"method":"tools/call","params":{"name":"check_gates",)"
+              R"("_meta":{"progressToken":"t"}}})");
+}
+
 // Those that the tests of check/ read.
 void write_manifests(Seeds& seeds) {
   for (const auto& entry : fs::recursive_directory_iterator(fs::path(MESHGAUGE_SOURCE_DIR) / "tests/check/manifests")) {
@@ -193,6 +225,7 @@ int main(int argc, char** argv) {
   write_polygons(seeds);
   write_bodies(seeds);
   write_requests(seeds);
+  write_messages(seeds);
   write_manifests(seeds);
   if (!seeds.good()) return std::fprintf(stderr, "%s cannot be written\n", argv[1]), 1;
   return 0;

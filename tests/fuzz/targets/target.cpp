@@ -61,8 +61,8 @@ const std::string kIpv6 = "(" + groups(6) + kLastTwo + "|::" + groups(5) + kLast
                           kGroup + "|" + elided(7) + ")";
 const std::string kHost = "(\\[" + kIpv6 + "\\]|" + kRegName + ")";
 // A host of http has at least one character.
-const std::string kSomeHost = "(\\[" + kIpv6 + "\\]|(" + kRegName + "[A-Za-z0-9._~!$&'()*+,;=-]|" + kRegName +
-                              kEncoded + "))";
+const std::string kSomeHost =
+    "(\\[" + kIpv6 + "\\]|(" + kRegName + "[A-Za-z0-9._~!$&'()*+,;=-]|" + kRegName + kEncoded + "))";
 const std::string kPaths = "(/" + kPathChar + "*)";
 
 struct Grammars {

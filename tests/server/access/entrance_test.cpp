@@ -65,9 +65,10 @@ constexpr const char* kPage = "https://viewer.example";
 }  // namespace
 
 TEST_CASE("entrance: the paths that need no key, and what the others need") {
-  for (const char* path : {"/", "/healthz", "/readyz", "/openapi.yaml", "/docs", "/docs/swagger-ui.css",
-                           "/b/0d67c9a2d1b307386f8fc157855c4351", "/c/0d67c9a2d1b307386f8fc157855c4351", "/b", "/c",
-                           "/page/main-7IQERKKA.js"}) {
+  for (const char* path :
+       {"/", "/healthz", "/readyz", "/openapi.yaml", "/gates.schema.json", "/problems", "/problems/unauthorized",
+        "/docs", "/docs/swagger-ui.css", "/b/0d67c9a2d1b307386f8fc157855c4351", "/c/0d67c9a2d1b307386f8fc157855c4351",
+        "/b", "/c", "/page/main-7IQERKKA.js"}) {
     CHECK_MESSAGE(!server::scope_of_path(path), path);
   }
   CHECK(server::scope_of_path("/metrics") == Scope::metrics);
@@ -89,7 +90,7 @@ TEST_CASE("entrance: with keys in force only the open paths are passed without o
     pass(entrance, closed);
     CHECK(closed.exchange.response.status == 401);
     CHECK(closed.header("WWW-Authenticate") == R"(Bearer realm="meshgauge")");
-    CHECK(closed.exchange.problem == "urn:meshgauge:problem:unauthorized");
+    CHECK(closed.exchange.problem == "/problems/unauthorized");
   }
 }
 

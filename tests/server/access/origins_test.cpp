@@ -31,10 +31,10 @@ TEST_CASE("origin check: requests to other names are refused") {
                           "gauge.example", "Gauge.Example:443", "gauge-2.lan:80", ""}) {
     CHECK_MESSAGE(!refused(check, "DELETE", own), own);
   }
-  for (const char* foreign : {"attacker.example", "attacker.example:8080", "localhost.attacker.example",
-                              "127.0.0.1.attacker.example", "gauge.example.attacker.example", "x@localhost", "a",
-                              "[::1].attacker.example", "[::1]attacker.example", "localhost:x.attacker.example",
-                              "127.0.0.1:80.attacker.example", "[::1", "127.0.0.256", ":80"}) {
+  for (const char* foreign :
+       {"attacker.example", "attacker.example:8080", "localhost.attacker.example", "127.0.0.1.attacker.example",
+        "gauge.example.attacker.example", "x@localhost", "a", "[::1].attacker.example", "[::1]attacker.example",
+        "localhost:x.attacker.example", "127.0.0.1:80.attacker.example", "[::1", "127.0.0.256", ":80"}) {
     CHECK_MESSAGE(refused(check, "GET", foreign), foreign);
     CHECK_MESSAGE(refused(check, "POST", foreign), foreign);
   }

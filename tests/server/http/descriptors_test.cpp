@@ -16,6 +16,9 @@ TEST_CASE("descriptors: connections get three quarters, less where the settings 
   CHECK(planned(settings, usual.needed + 64).connections == 64);
   CHECK(planned(settings, usual.needed + 63).connections == 0);
   CHECK(planned(settings, 0).connections == 0);
+  settings.status_port = 8081;
+  CHECK(planned(settings, 1024).needed == usual.needed + kStatusConnections);
+  CHECK(planned(settings, usual.needed + kStatusConnections + 64).connections == 64);
   settings.queue = 4096;
   CHECK(planned(settings, 1024).connections == 0);
 }

@@ -110,6 +110,8 @@ TEST_CASE("handshake queue: the rate of all") {
   CHECK_FALSE(queue.empty());
   CHECK(id_or_0(queue.take(kSomeTime + std::chrono::milliseconds(501))) == 2);
   CHECK(!queue.take(kSomeTime + std::chrono::milliseconds(502)));
+  queue.give_back();
+  CHECK(id_or_0(queue.take(kSomeTime + std::chrono::milliseconds(502))) == 3);
 }
 
 TEST_CASE("handshakes: the costly step is taken on another thread, and not for a client that has gone") {
@@ -157,7 +159,22 @@ TEST_CASE("handshakes: what waits can be withdrawn, and is refused where others 
   CHECK(run == 0);
   released = true;
   CHECK(eventually([&] { return run == static_cast<int>(Handshakes::kMostWaiting) - 1; }));
-  CHECK(handshakes.counts().refused == 2);
+  CHECK(handshakes.counts().refused == 3);  // with the one that was withdrawn
+}
+
+TEST_CASE("handshakes: clients that have gone take nothing of the rate of all") {
+  Settings settings = of_one_handshake_thread();
+  settings.max_handshakes_per_second = 1;
+  auto gone = connected_ends();
+  const auto there = connected_ends();
+  std::atomic<int> run{0};
+  Handshakes handshakes(settings);
+  const auto count = [&](Handshake::Turn turn) { run += turn == Handshake::Turn::run ? 1 : 0; };
+  gone[1].close();
+  for (std::uint64_t i = 0; i < 200; ++i) handshakes.offer({i, gone[0].get(), 1, count});
+  handshakes.offer({200, there[0].get(), 0, count});
+  CHECK(eventually([&] { return run == 1; }));
+  CHECK(handshakes.counts().abandoned == 200);
 }
 
 TEST_CASE("handshakes: an address that has none left is refused and counted") {

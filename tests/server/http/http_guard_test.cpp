@@ -1,10 +1,11 @@
-// The guard between clients and handlers: responses that fail, and requests at shutdown.
+// The guard between clients and handlers: responses that fail, requests at shutdown, clients that take their time.
 #include "server/http/http_guard.h"
 
 #include <arpa/inet.h>
 #include <sys/socket.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <list>
 #include <memory>
@@ -16,11 +17,16 @@
 #include <utility>
 #include <vector>
 
+#include <openssl/bio.h>
+#include <openssl/ssl.h>
+
 #include <doctest/doctest.h>
 
 #include "api/base/descriptor.h"
+#include "server/http/tls.h"
 #include "server/main/checked.h"
 #include "tests/eventually.h"
+#include "tests/server/http/certificate_files.h"
 
 using namespace meshgauge::server;
 using meshgauge::Descriptor;
@@ -59,8 +65,10 @@ class Guarded {
  public:
   explicit Guarded(
       GivenHandler::Handle handle, GivenHandler::Log log = [](const Exchange&) {},
-      const Settings& chosen = guard_settings())
-      : handler(std::move(handle), std::move(log)), guard(chosen, handler, nullptr), port_(guard.bind().value()) {
+      const Settings& chosen = guard_settings(), const Tls* tls = nullptr, std::chrono::milliseconds write_time = 30s)
+      : handler(std::move(handle), std::move(log)),
+        guard(chosen, handler, tls, 1000, write_time),
+        port_(guard.bind().value()) {
     listener_ = std::thread([this] { guard.run(); });
   }
   ~Guarded() {
@@ -96,6 +104,7 @@ class RawClient {
     REQUIRE(::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
   }
 
+  int fd() const { return socket_.get(); }
   void send(const std::string& bytes) const {
     REQUIRE(::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size()));
   }
@@ -130,6 +139,33 @@ class RawClient {
 
  private:
   const Descriptor socket_;
+};
+
+// A client that has shaken hands. What it writes from then on waits for send().
+class TlsClient {
+ public:
+  explicit TlsClient(int port)
+      : raw_(port), context_(SSL_CTX_new(TLS_client_method()), SSL_CTX_free), ssl_(SSL_new(context_.get()), SSL_free) {
+    REQUIRE(SSL_set_fd(ssl_.get(), raw_.fd()) == 1);
+    REQUIRE(SSL_connect(ssl_.get()) == 1);
+    SSL_set0_wbio(ssl_.get(), BIO_new(BIO_s_mem()));
+  }
+
+  void write(char byte) const { REQUIRE(SSL_write(ssl_.get(), &byte, 1) == 1); }
+  void update_keys() const {
+    REQUIRE(SSL_key_update(ssl_.get(), SSL_KEY_UPDATE_NOT_REQUESTED) == 1);
+    REQUIRE(SSL_do_handshake(ssl_.get()) == 1);
+  }
+  void send() const {
+    char* data = nullptr;
+    const auto size = BIO_get_mem_data(SSL_get_wbio(ssl_.get()), &data);
+    raw_.send(std::string(data, static_cast<std::size_t>(size)));
+  }
+
+ private:
+  const RawClient raw_;
+  const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context_;
+  const std::unique_ptr<SSL, decltype(&SSL_free)> ssl_;
 };
 
 Settings of_one_thread() {
@@ -208,7 +244,7 @@ TEST_CASE("guard: a problem releases the stream or file that was started before 
   CHECK(answer.starts_with("HTTP/1.1 500 "));
   CHECK(has(answer, "\r\nContent-Type: application/problem+json\r\n"));
   CHECK(has(answer, "\r\nContent-Length: "));
-  CHECK(has(answer, "urn:meshgauge:problem:internal") == (method == "GET"));
+  CHECK(has(answer, "/problems/internal") == (method == "GET"));
   CHECK_FALSE(has(answer, "begun"));
   CHECK(held == 0);
 }
@@ -241,7 +277,7 @@ TEST_CASE("guard: a request that is arriving at shutdown gets shutting-down, not
   guarded.end();
   const std::string answer = client.read_to_end();
   CHECK(answer.starts_with("HTTP/1.1 503 "));
-  CHECK(has(answer, "urn:meshgauge:problem:shutting-down"));
+  CHECK(has(answer, "/problems/shutting-down"));
   CHECK(has(answer, "the service shut down before the " + what + " had arrived"));
   CHECK(has(answer, "\r\nRetry-After: 1\r\n"));
 }
@@ -293,6 +329,47 @@ TEST_CASE("guard: clients that send slowly, wait, listen or are idle hold no thr
   }
 }
 
+TEST_CASE("guard: a head with updates of keys between its bytes is read in turns with other clients") {
+  const CertificateFiles files;
+  Tls tls(files.certificate_file(), files.key_file());
+  REQUIRE(tls.reload().ok());
+  std::atomic<bool> held{false}, released{false};
+  std::mutex mutex;
+  std::string order;
+  const auto handle = [&](Exchange& exchange) {
+    if (exchange.head.path == "/hold") {
+      exchange.response.quick = true;
+      exchange.response.later = [&, asked = 0](const Exchange&) mutable {
+        if (++asked == 1) return std::optional(Clock::now());
+        held = true;  // the loop, since this is quick
+        while (!released) std::this_thread::sleep_for(1ms);
+        return std::optional<Clock::time_point>();
+      };
+      return;
+    }
+    const std::lock_guard lock(mutex);
+    order += exchange.head.path;
+  };
+  const Guarded guarded(
+      handle, [](const Exchange&) {}, of_one_thread(), &tls);
+  const TlsClient updating(guarded.port()), other(guarded.port()), holding(guarded.port());
+  for (const char byte : "GET /updating HTTP/1.1\r\nHost: x\r\nX: " + std::string(1000, 'x') + "\r\n\r\n") {
+    updating.write(byte);
+    updating.update_keys();
+  }
+  for (const char byte : std::string("GET /other HTTP/1.1\r\nHost: x\r\n\r\n")) other.write(byte);
+  for (const char byte : std::string("GET /hold HTTP/1.1\r\nHost: x\r\n\r\n")) holding.write(byte);
+  holding.send();
+  REQUIRE(eventually([&] { return held.load(); }));
+  updating.send();
+  other.send();
+  released = true;
+  CHECK(eventually([&] {
+    const std::lock_guard lock(mutex);
+    return order == "/other/updating";
+  }));
+}
+
 TEST_CASE("guard: a response that waits is told that its client has gone") {
   std::atomic<bool> gone{false};
   const Guarded guarded([&](Exchange& exchange) {
@@ -331,7 +408,7 @@ TEST_CASE("guard: a wake-up that comes before the response waits is kept") {
   CHECK(asked == 2);
 }
 
-TEST_CASE("guard: a stream that is never read is ended, though the kernel takes more; one that is read goes on") {
+TEST_CASE("guard: a stream that is never read is ended, though the kernel takes more, and one that is read goes on") {
   std::atomic<int> ended{0};
   const auto stream = [](Exchange& exchange) {
     exchange.response.quick = true;
@@ -340,7 +417,8 @@ TEST_CASE("guard: a stream that is never read is ended, though the kernel takes 
       return std::optional(Clock::now() + 10ms);
     };
   };
-  const Guarded guarded(stream, [&](const Exchange& exchange) { ended += exchange.delivered ? 100 : 1; });
+  const auto count = [&](const Exchange& exchange) { ended += exchange.delivered ? 100 : 1; };
+  const Guarded guarded(stream, count, guard_settings(), nullptr, 1s);
   const RawClient reader(guarded.port()), sleeper(guarded.port(), 4096);
   reader.send(kGet);
   sleeper.send(kGet);
@@ -353,6 +431,28 @@ TEST_CASE("guard: a stream that is never read is ended, though the kernel takes 
   reading.join();
   CHECK(ended == 1);
   CHECK(reader.is_open());
+}
+
+TEST_CASE("guard: a stream that begins late is not taken for one that stands still since its request") {
+  std::atomic<int> pieces{0};
+  const auto handle = [&](Exchange& exchange) {
+    if (exchange.head.path == "/before") {
+      exchange.response.body = std::string(12'000, 'x');  // more than the client takes
+      return;
+    }
+    exchange.response.later = [due = Clock::now() + 1500ms](const Exchange&) {
+      return Clock::now() < due ? std::optional(due) : std::nullopt;
+    };
+    exchange.response.stream = [&](std::string&) {
+      ++pieces;
+      return never();
+    };
+  };
+  const Guarded guarded(
+      handle, [](const Exchange&) {}, guard_settings(), nullptr, 1s);
+  const RawClient client(guarded.port(), 4096);
+  client.send("GET /before HTTP/1.1\r\nHost: x\r\n\r\n" + std::string(kGet));
+  CHECK(eventually([&] { return pieces > 0; }));
 }
 
 TEST_CASE("guard: the rest of a body that was refused for now is discarded, and the connection goes on") {

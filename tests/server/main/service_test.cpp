@@ -261,7 +261,7 @@ TEST_CASE("service: the text of an exception is not sent") {
   const auto response = post(port);
   CHECK(response->status == 500);
   CHECK(response->body.find("secret") == std::string::npos);
-  CHECK(json::parse(response->body)["type"] == "urn:meshgauge:problem:internal");
+  CHECK(json::parse(response->body)["type"] == "/problems/internal");
   CHECK(post(port)->status == 500);
 }
 

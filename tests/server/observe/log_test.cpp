@@ -76,6 +76,6 @@ TEST_CASE("log: text from a client stays one short line") {
   CHECK(line["event"] == "request");
   CHECK(line["route"] == nullptr);
   CHECK(line["delivered"] == false);
-  CHECK(line["problem"] == "urn:meshgauge:problem:not-found");
+  CHECK(line["problem"] == "/problems/not-found");
   CHECK(line["path"].get<std::string>().ends_with("..."));
 }

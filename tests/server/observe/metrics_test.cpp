@@ -37,7 +37,7 @@ TEST_CASE("metrics: requests are counted by route, method and status") {
   Metrics metrics;
   metrics.request_ended(request("/v1/comparisons", "POST", 200));
   metrics.request_ended(request("/v1/comparisons", "POST", 200));
-  metrics.request_ended(request("/v1/comparisons", "POST", 503, "urn:meshgauge:problem:overloaded"));
+  metrics.request_ended(request("/v1/comparisons", "POST", 503, "/problems/overloaded"));
   CHECK(value_of(metrics, R"(meshgauge_requests_total{code="200",method="POST",route="/v1/comparisons"})") == 2);
   CHECK(value_of(metrics, R"(meshgauge_requests_total{code="503",method="POST",route="/v1/comparisons"})") == 1);
   CHECK(value_of(metrics, R"(meshgauge_rejected_total{reason="overloaded"})") == 1);
@@ -81,7 +81,7 @@ TEST_CASE("metrics: a comparison is counted once, with its stages and how much w
 
 TEST_CASE("metrics: the ways in which a comparison ends without an interval") {
   Metrics metrics;
-  metrics.job_failed("urn:meshgauge:problem:unreadable-mesh", Strategy::four_point);
+  metrics.job_failed("/problems/unreadable-mesh", Strategy::four_point);
   metrics.job_cancelled_early(Strategy::automatic);
   CHECK(value_of(metrics, R"(meshgauge_jobs_total{state="failed",status="unreadable-mesh",strategy="four_point"})") ==
         1);

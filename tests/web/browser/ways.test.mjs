@@ -35,7 +35,7 @@ test("cancelling an order that waits for a busy service leaves the result it cam
   await walk.measure();
   await walk.measured();
   const id = walk.id();
-  const busy = { type: "urn:meshgauge:problem:overloaded", title: "Busy", status: 503, detail: "Busy", errors: [] };
+  const busy = { type: "/problems/overloaded", title: "Busy", status: 503, detail: "Busy", errors: [] };
   await page.route("**/v1/comparisons", (route) =>
     route.fulfill({ status: 503, headers: { "Retry-After": "60", "Content-Type": "application/problem+json" }, body: JSON.stringify(busy) }));
   await walk.press("Narrow the interval");
@@ -80,7 +80,7 @@ test("a cancellation that does not arrive may be tried again", async () => {
 
 test("a comparison that the page loses sight of keeps its link, and is looked at again", async () => {
   const walk = await place.open(), { page } = walk;
-  const failure = { type: "urn:meshgauge:problem:internal", title: "Broken", status: 500, detail: "Broken", errors: [] };
+  const failure = { type: "/problems/internal", title: "Broken", status: 500, detail: "Broken", errors: [] };
   await page.route("**/v1/comparisons/*/events", (route) =>
     route.fulfill({ status: 500, headers: { "Content-Type": "application/problem+json" }, body: JSON.stringify(failure) }));
   await walk.fill(endless(place));

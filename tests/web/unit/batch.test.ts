@@ -17,7 +17,7 @@ const counts = (change: Partial<BatchCounts>): BatchCounts => ({ ...none, ...cha
 const result = (position: number, change: Partial<BatchResult> = {}): BatchResult => ({
   position, name: `part ${String(position)}`, comparison: id, state: "done", verdict: "pass", result: comparison({ gate: gate(0.5) }), problem: null, ...change,
 });
-const cancelled = { type: "urn:meshgauge:problem:cancelled", title: "Cancelled", status: 409, detail: "it was cancelled", errors: [] } as unknown as BatchResult["problem"];
+const cancelled = { type: "/problems/cancelled", title: "Cancelled", status: 409, detail: "it was cancelled", errors: [] } as unknown as BatchResult["problem"];
 const failure = (position: number, change: Partial<BatchFailure> = {}): BatchFailure => ({
   position, name: null, comparison: id, state: "done", verdict: "fail", gate: gate(0.05), unit: "mm", distance: { lower: 0.1, upper: 0.2 }, problem: null, ...change,
 });

@@ -43,7 +43,7 @@ afterEach(() => void (globalThis.fetch = real));
 
 const json = (value: unknown, status = 200, headers: Record<string, string> = {}) => () => new Response(JSON.stringify(value), { status, headers });
 const refuse = (kind: string, status: number, headers: Record<string, string> = {}) =>
-  json({ type: `urn:meshgauge:problem:${kind}`, title: kind, status, detail: kind, errors: [] }, status, headers);
+  json({ type: `/problems/${kind}`, title: kind, status, detail: kind, errors: [] }, status, headers);
 const broken = () => Promise.reject(new TypeError("failed to fetch"));
 const stream = (text: string) => () => new Response(text);
 const never = new AbortController().signal;

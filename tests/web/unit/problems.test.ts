@@ -5,7 +5,7 @@ import { explain, explainProblem } from "../../../server/web/page/text/problems.
 
 const none = () => null;
 const document = (kind: string, status: number, detail: string, errors: { part: string; where: string; message: string }[] = []) => ({
-  type: `urn:meshgauge:problem:${kind}`, title: `title of ${kind}`, status, detail, errors,
+  type: `/problems/${kind}`, title: `title of ${kind}`, status, detail, errors,
 });
 
 test("a problem's document, request id and Retry-After", () => {
@@ -14,6 +14,11 @@ test("a problem's document, request id and Retry-After", () => {
   assert.equal(error.kind, "overloaded");
   assert.equal(error.requestId, "ab12");
   assert.equal(error.retryAfterSeconds, 7);
+});
+
+test("the kind of a problem that a job of version 0.1 has", () => {
+  const stored = { ...document("cancelled", 409, "it was cancelled"), type: "urn:meshgauge:problem:cancelled" };
+  assert.equal(toError(409, JSON.stringify(stored), none).kind, "cancelled");
 });
 
 test("a response without a problem document still becomes a problem", () => {

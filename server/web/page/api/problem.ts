@@ -24,9 +24,9 @@ export class NetworkError extends Error {
   }
 }
 
-/** Returns "not-found" for "urn:meshgauge:problem:not-found". */
+/** Returns "not-found" for "/problems/not-found", and for "urn:meshgauge:problem:not-found" of a job that version 0.1 stored. */
 export function kindOf(problem: Problem): string {
-  return problem.type.slice(problem.type.lastIndexOf(":") + 1);
+  return problem.type.slice(Math.max(problem.type.lastIndexOf("/"), problem.type.lastIndexOf(":")) + 1);
 }
 
 type Header = (name: string) => string | null;
@@ -75,5 +75,5 @@ const kinds: Record<number, [string, string]> = {
 function nameless(status: number): Problem {
   const [kind, title] = kinds[status] ?? ["unknown", "The service answered something else"];
   const detail = `the answer had the status ${String(status)} and no more words`;
-  return { type: `urn:meshgauge:problem:${kind}`, title, status, detail, errors: [] };
+  return { type: `/problems/${kind}`, title, status, detail, errors: [] };
 }

@@ -219,6 +219,28 @@ TEST_CASE("embedded: a database that is overwritten while it is open takes nothi
   check_takes_nothing(stores, ErrorCode::storage_damaged);
 }
 
+TEST_CASE("embedded: a check tries a job that has ended, not each time, and again after one that could not be stored") {
+  EmbeddedForTests stores;
+  Connection raw(stores.folder() / "data/jobs.sqlite", Connection::Use::write);
+  const auto number = [&](const char* sql) {
+    Query row(raw, sql);
+    REQUIRE(row.next());
+    return row.number(0);
+  };
+  raw.execute("CREATE TABLE tried (state INTEGER)");
+  raw.execute("CREATE TRIGGER note AFTER INSERT ON jobs BEGIN INSERT INTO tried VALUES (new.state); END");
+  constexpr int kChecks = 10;
+  for (int i = 0; i < kChecks; ++i) got(stores.jobs().check());
+  CHECK(number("SELECT count(*) FROM tried") >= 1);
+  CHECK(number("SELECT count(*) FROM tried") < kChecks);
+  CHECK(number("SELECT count(*) FROM tried WHERE state < 2") == 0);
+  raw.execute("CREATE TRIGGER refuse BEFORE INSERT ON jobs BEGIN SELECT RAISE(ABORT, 'refused'); END");
+  CHECK_FALSE(stores.jobs().insert(new_job("ann", "1")).ok());
+  CHECK_FALSE(stores.jobs().check().ok());
+  raw.execute("DROP TRIGGER refuse");
+  got(stores.jobs().check());
+}
+
 TEST_CASE("embedded: blobs are stored again after their folders were removed") {
   EmbeddedForTests stores;
   got(stores.blobs().put(key_of("ann", "x"), bytes_of("x")));

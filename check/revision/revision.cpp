@@ -1,0 +1,312 @@
+#include "check/revision/revision.h"
+
+#include <stdlib.h>
+#include <sys/types.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <iterator>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "api/base/json_filter.h"
+#include "api/base/refused.h"
+#include "api/base/text.h"
+#include "api/base/whole_file.h"
+#include "api/formats/detect.h"
+#include "api/formats/gltf/gltf_bundle.h"
+#include "check/files.h"
+
+namespace meshgauge::check {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kSubmodule = "160000", kSymbolicLink = "120000";  // modes of git's trees
+constexpr std::size_t kMostPointerBytes = 1024;                              // as Git LFS has it
+
+Error bad_revision(const std::string& why) { return bad_flag("--against", why); }
+
+// The lines of git's output; `end` ends each.
+class Lines {
+ public:
+  explicit Lines(std::FILE* file) : file_(file) {}
+  ~Lines() { std::free(line_); }
+  Lines(const Lines&) = delete;
+  Lines& operator=(const Lines&) = delete;
+
+  // Reads the next line, without its end; false: there is none. `line` is valid until the next call.
+  bool next(std::string_view& line, char end) {
+    const ssize_t length = ::getdelim(&line_, &room_, static_cast<unsigned char>(end), file_);
+    if (length <= 0) return false;
+    line = std::string_view(line_, static_cast<std::size_t>(length));
+    if (line.ends_with(end)) line.remove_suffix(1);
+    return true;
+  }
+
+ private:
+  std::FILE* file_;
+  char* line_ = nullptr;
+  std::size_t room_ = 0;
+};
+
+bool copy_bytes(std::FILE* from, std::uint64_t count, const fs::path& place) {
+  std::error_code failed;
+  fs::create_directories(place.parent_path(), failed);
+  std::FILE* to = std::fopen(place.c_str(), "wbxe");
+  if (!to) return false;
+  std::array<char, 1 << 16> piece{};
+  bool good = true;
+  while (good && count > 0) {
+    const auto most = static_cast<std::size_t>(std::min<std::uint64_t>(count, piece.size()));
+    const std::size_t read = std::fread(piece.data(), 1, most, from);
+    good = read > 0 && std::fwrite(piece.data(), 1, read, to) == read;
+    count -= read;
+  }
+  return std::fclose(to) == 0 && good;
+}
+
+// The digest in the pointer of Git LFS; empty: the text is none.
+std::string digest_of_pointer(std::string_view text) {
+  constexpr std::string_view kVersion = "version https://git-lfs.github.com/spec/", kObject = "\noid sha256:";
+  const std::size_t at = text.find(kObject);
+  if (!text.starts_with(kVersion) || at == std::string_view::npos) return "";
+  const std::string_view digest = text.substr(at + kObject.size(), 64);
+  return api::is_lower_hex(digest, 64) ? std::string(digest) : "";
+}
+
+// The names of the files that a glTF needs; none of another file.
+std::vector<std::string> companions_of(const fs::path& file) {
+  const auto whole = api::WholeFile::open(file.string());
+  if (!whole || !api::is_gltf_json(whole->bytes())) return {};
+  std::vector<std::string> names = api::files_named_by(whole->bytes());
+  std::erase_if(names, [](const std::string& name) { return name.empty() || api::is_scene_path(name); });
+  if (names.size() > api::kMostBundleFiles) names.clear();  // refused where it is read
+  return names;
+}
+
+std::string folder_in_repository(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? "" : path.substr(0, slash + 1);
+}
+
+std::string_view name_in_folder(std::string_view path) { return path.substr(path.rfind('/') + 1); }
+
+void add_defect(Gate& gate, const std::string& what) {
+  gate.defects.push_back({gate.line, gate.line > 0 ? 1 : 0, "the baseline " + shown_path(gate.baseline) + " " + what});
+}
+
+}  // namespace
+
+Revision::Folder::~Folder() {
+  std::error_code none;
+  if (!path.empty()) fs::remove_all(path, none);
+}
+
+Result<Revision> Revision::open(const std::string& ref, const fs::path& folder) {
+  if (ref.empty()) return bad_revision("is empty: name a revision, as in --against main");
+  // So it is no option: --end-of-options is not known to git before 2.30.
+  if (ref.front() == '-') return bad_revision(api::shown_text(ref) + " begins with '-', as no name of a revision does");
+  const fs::path start = folder.empty() ? fs::path(".") : folder;
+  Git git(start);
+  const auto top = git.output({"rev-parse", "--show-toplevel"});
+  if (!top) return bad_revision("needs the git repository of " + shown_path(start) + ": " + top.error().message);
+  const auto commit = git.output({"rev-parse", "--verify", ref + "^{commit}"});
+  if (!commit)
+    return bad_revision("there is no commit " + api::shown_text(ref) + " in the repository " + shown_path(*top) +
+                        ": fetch it, as by 'fetch-depth: 0' of actions/checkout; a branch that only the server has is "
+                        "'origin/NAME'");
+  Revision revision(std::move(git), {ref, *commit});
+  std::error_code failed;
+  revision.top_ = fs::weakly_canonical(*top, failed);
+  const auto common = revision.git_.output({"rev-parse", "--git-common-dir"});
+  if (!common) return bad_revision(common.error().message);
+  const fs::path store = fs::absolute(start, failed) / *common;
+  const auto named = revision.git_.output({"config", "--get", "lfs.storage"});
+  revision.lfs_ = store / (named && !named->empty() ? *named : "lfs");
+  return revision;
+}
+
+Result<Done> Revision::read_tree() {
+  return git_.run({"ls-tree", "-r", "-z", "--full-tree", name_.commit}, "", [&](std::FILE* out) {
+    Lines lines(out);
+    for (std::string_view line; lines.next(line, '\0');) {
+      constexpr auto kNone = std::string_view::npos;  // "MODE TYPE OBJECT<tab>PATH"
+      const std::size_t mode = line.find(' '), type = line.find(' ', mode + 1), tab = line.find('\t');
+      if (mode == kNone || type == kNone || tab == kNone) return false;
+      tree_[std::string(line.substr(tab + 1))] = {std::string(line.substr(0, mode)),
+                                                  std::string(line.substr(type + 1, tab - type - 1))};
+    }
+    return true;
+  });
+}
+
+Result<Done> Revision::make_folder() {
+  std::error_code failed;
+  std::string name = (fs::temp_directory_path(failed) / "meshgauge-against-XXXXXX").string();
+  if (failed || !::mkdtemp(name.data()))
+    return bad_revision("there is no folder for temporary files: set the variable TMPDIR");
+  folder_ = std::make_unique<Folder>();
+  folder_->path = name;
+  return Done{};
+}
+
+Result<std::string> Revision::path_of(const fs::path& baseline) const {
+  std::error_code failed;
+  const fs::path whole = fs::absolute(baseline, failed);
+  const fs::path place = fs::weakly_canonical(whole.parent_path(), failed) / whole.filename();
+  const fs::path path = place.lexically_relative(top_);
+  if (!failed && !path.empty() && is_below(place, top_)) return path.generic_string();
+  return refused("is outside of the repository " + shown_path(top_) + ", from which --against reads");
+}
+
+Result<std::string> Revision::object_of(const std::string& path) const {
+  for (std::size_t slash = path.find('/'); slash != std::string::npos; slash = path.find('/', slash + 1)) {
+    const auto above = tree_.find(path.substr(0, slash));
+    const std::string mode = above == tree_.end() ? "" : above->second.mode;
+    if (mode == kSubmodule)
+      return refused("lies in the submodule " + shown_path(above->first) + ", whose files " + name_.in_words() +
+                     " does not hold: check it by a manifest in the submodule");
+    if (mode == kSymbolicLink)
+      return refused("lies behind the symbolic link " + shown_path(above->first) + " of " + name_.in_words() +
+                     ", which is not followed: name the file itself");
+  }
+  const auto found = tree_.find(path);
+  if (found == tree_.end()) return refused("is not in " + name_.in_words() + elsewhere(path));
+  if (found->second.mode == kSubmodule) return refused("is a submodule in " + name_.in_words());
+  if (found->second.mode == kSymbolicLink)
+    return refused("is a symbolic link in " + name_.in_words() + ", which is not followed: name the file itself");
+  return found->second.object;
+}
+
+// Where a file of the same name was, if there is one.
+std::string Revision::elsewhere(const std::string& path) const {
+  const auto same = [&](const auto& one) { return name_in_folder(one.first) == name_in_folder(path); };
+  const auto first = std::ranges::find_if(tree_, same);
+  if (first == tree_.end() || std::find_if(std::next(first), tree_.end(), same) != tree_.end())
+    return ": it is new, or had another name there";
+  return ": there it is " + shown_path(first->first);
+}
+
+Revision::Copy& Revision::copy_of(const std::string& path) {
+  const auto [copy, is_new] = copies_.try_emplace(path);
+  if (!is_new) return copy->second;
+  auto object = object_of(path);
+  copy->second.path = path;
+  copy->second.place = folder_->path / std::to_string(copies_.size()) / name_in_folder(path);
+  (object ? copy->second.object : copy->second.defect) = object ? *object : object.error().message;
+  return copy->second;
+}
+
+Result<Done> Revision::fetch(const Needed& needed) {
+  if (needed.empty()) return Done{};
+  std::string asked;
+  for (const Copy* copy : needed) asked += copy->object + "\n";
+  bool is_written = true;
+  const auto done = git_.run({"cat-file", "--batch"}, asked, [&](std::FILE* out) {
+    Lines lines(out);
+    for (Copy* copy : needed) {
+      std::string_view line;  // "OBJECT blob SIZE" or "OBJECT missing"
+      if (!lines.next(line, '\n')) return false;
+      if (line.ends_with(" missing")) {
+        copy->defect = "cannot be read: the repository lacks its content; fetch " + name_.in_words() + " as a whole";
+        continue;
+      }
+      std::int64_t bytes = -1;
+      const std::size_t space = line.rfind(' ');
+      api::parse_integer(line.data() + space + 1, line.data() + line.size(), bytes);
+      if (space == std::string_view::npos || bytes < 0) return false;
+      const bool is_copied = copy_bytes(out, static_cast<std::uint64_t>(bytes), copy->place);
+      is_written = is_copied || std::feof(out) != 0 || std::ferror(out) != 0;
+      if (!is_copied || std::fgetc(out) != '\n') return false;
+      resolve_pointer(*copy);
+    }
+    return true;
+  });
+  if (!is_written)
+    return bad_revision("the files of " + name_.in_words() + " cannot be copied to " + shown_path(folder_->path) +
+                        ": is there room?");
+  if (!done) return bad_revision(done.error().message);
+  return Done{};
+}
+
+// Replaces the pointer of Git LFS by its content.
+void Revision::resolve_pointer(Copy& copy) const {
+  const auto text = api::read_text_file(copy.place.string(), kMostPointerBytes);
+  const std::string digest = text ? digest_of_pointer(*text) : "";
+  if (digest.empty()) return;
+  const fs::path object = lfs_ / "objects" / digest.substr(0, 2) / digest.substr(2, 2) / digest;
+  std::error_code failed;
+  if (!fs::is_regular_file(object, failed)) {
+    copy.defect = std::string(api::kLfsPointer) + " in " + name_.in_words() +
+                  ", and its content is not here: fetch it by 'git lfs fetch' with the name of the remote and of the "
+                  "revision";
+    return;
+  }
+  fs::remove(copy.place, failed);
+  fs::create_hard_link(object, copy.place, failed);
+  if (failed) fs::copy_file(object, copy.place, failed);
+  if (failed) copy.defect = "cannot be copied: " + failed.message();
+}
+
+// Copies the files that glTF files name beside them.
+Result<Done> Revision::fetch_companions() {
+  std::deque<Copy> companions;
+  std::vector<std::pair<Copy*, std::string>> named;  // the file and its name of each companion
+  Needed needed;
+  for (auto& [path, copy] : copies_) {
+    if (!copy.defect.empty()) continue;
+    for (const std::string& name : companions_of(copy.place)) {
+      Copy& companion = companions.emplace_back();
+      companion.path = folder_in_repository(path) + name;
+      companion.place = copy.place.parent_path() / name;
+      const auto object = object_of(companion.path);
+      (object ? companion.object : companion.defect) = object ? *object : object.error().message;
+      if (object) needed.push_back(&companion);
+      named.emplace_back(&copy, name);
+    }
+  }
+  if (auto ok = fetch(needed); !ok) return ok;
+  for (std::size_t i = 0; i < companions.size(); ++i) {
+    auto& [copy, name] = named[i];
+    if (copy->defect.empty() && !companions[i].defect.empty())
+      copy->defect = "needs " + shown_path(name) + " beside it, which " + companions[i].defect;
+  }
+  return Done{};
+}
+
+Result<Done> Revision::take_baselines(std::vector<Gate>& gates) {
+  if (auto ok = read_tree(); !ok) return bad_revision(ok.error().message);
+  if (auto ok = make_folder(); !ok) return ok;
+  std::vector<Copy*> of_gates;
+  for (Gate& gate : gates) {
+    const auto path = path_of(gate.baseline);
+    of_gates.push_back(path ? &copy_of(*path) : nullptr);
+    if (!path) add_defect(gate, path.error().message);
+  }
+  Needed needed;
+  for (auto& [path, copy] : copies_) {
+    if (copy.defect.empty()) needed.push_back(&copy);
+  }
+  if (auto ok = fetch(needed); !ok) return ok;
+  if (auto ok = fetch_companions(); !ok) return ok;
+  const auto name_of = [&](const std::string& path) { return name_.ref + ":" + path; };
+  const auto places = std::make_shared<api::Copies>();
+  for (const auto& [path, copy] : copies_) places->emplace(name_of(path), copy.place.string());
+  for (std::size_t i = 0; i < gates.size(); ++i) {
+    if (!of_gates[i]) continue;
+    gates[i].baseline = name_of(of_gates[i]->path);
+    gates[i].copies = places;
+    if (!of_gates[i]->defect.empty()) add_defect(gates[i], of_gates[i]->defect);
+  }
+  return Done{};
+}
+
+void Revision::remove_copies() { folder_.reset(); }
+
+}  // namespace meshgauge::check

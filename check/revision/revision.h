@@ -1,0 +1,78 @@
+// Baselines of a git revision: --against.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/compare/mesh_file.h"
+#include "check/gate.h"
+#include "check/outcome.h"
+#include "check/revision/git.h"
+#include "engine/result.h"
+
+namespace meshgauge::check {
+
+// A revision of the repository of a folder, and a folder of copies of its files, which is removed with the object. For
+// one thread.
+class Revision {
+ public:
+  // `ref`: anything that git takes for a commit. `folder`: a folder of the repository's work tree. Blocks. An Error
+  // names --against: an empty `ref` or one that begins with '-', no repository, no such revision, no git.
+  static Result<Revision> open(const std::string& ref, const std::filesystem::path& folder);
+
+  const RevisionName& name() const { return name_; }
+
+  // Replaces the baseline of each gate by the file of that path in the revision, named "REF:path" and copied with the
+  // files that it needs (Gate::copies). The content of a Git LFS pointer comes from the repository's own store. What
+  // the revision does not hold is a defect of its gate. An Error: the copies cannot be made. Precondition: called once;
+  // the object outlives the measurement.
+  Result<Done> take_baselines(std::vector<Gate>& gates);
+
+  // Before the process ends without destructors; nothing is read after it.
+  void remove_copies();
+
+ private:
+  struct Entry {
+    std::string mode;
+    std::string object;
+  };
+  // A file of the revision that is needed here.
+  struct Copy {
+    std::string path;  // in the repository
+    std::string object;
+    std::filesystem::path place;
+    std::string defect;  // empty: none
+  };
+  struct Folder {
+    ~Folder();
+    std::filesystem::path path;
+  };
+  using Needed = std::vector<Copy*>;
+
+  Revision(Git git, RevisionName name) : git_(std::move(git)), name_(std::move(name)) {}
+
+  Result<Done> read_tree();
+  Result<Done> make_folder();
+  // The path in the repository, or what is wrong with it.
+  Result<std::string> path_of(const std::filesystem::path& baseline) const;
+  Result<std::string> object_of(const std::string& path) const;
+  std::string elsewhere(const std::string& path) const;
+  Copy& copy_of(const std::string& path);
+  Result<Done> fetch(const Needed& needed);
+  Result<Done> fetch_companions();
+  void resolve_pointer(Copy& copy) const;
+
+  Git git_;
+  RevisionName name_;
+  std::filesystem::path top_;          // of the work tree
+  std::filesystem::path lfs_;          // the store of Git LFS
+  std::map<std::string, Entry> tree_;  // by path
+  std::map<std::string, Copy> copies_;
+  std::unique_ptr<Folder> folder_;
+};
+
+}  // namespace meshgauge::check

@@ -1,0 +1,209 @@
+"""`meshgauge check --against`: baselines of a git revision."""
+
+import hashlib
+import json
+import os
+import shutil
+import struct
+import subprocess
+import unittest
+
+from harness import BINARY, ENVIRONMENT
+from workplace import Workplace, square
+
+IDENTITY = {"GIT_AUTHOR_NAME": "Test", "GIT_AUTHOR_EMAIL": "test@example.com", "GIT_COMMITTER_NAME": "Test",
+            "GIT_COMMITTER_EMAIL": "test@example.com", "GIT_CONFIG_NOSYSTEM": "1", "GIT_CONFIG_GLOBAL": os.devnull}
+
+
+def pointer_of(data):
+    digest = hashlib.sha256(data).hexdigest()
+    return digest, f"version https://git-lfs.github.com/spec/v1\noid sha256:{digest}\nsize {len(data)}\n"
+
+
+def scene(buffer, size):
+    """A glTF of a triangle whose buffer is beside it, of this many metres; and that buffer."""
+    data = struct.pack("<9f", 0, 0, 0, size, 0, 0, 0, size, 0)
+    document = {"asset": {"version": "2.0"}, "buffers": [{"uri": buffer, "byteLength": len(data)}],
+                "bufferViews": [{"buffer": 0, "byteLength": len(data)}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0],
+                               "max": [size, size, 0]}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
+                "scenes": [{"nodes": [0]}], "scene": 0}
+    return json.dumps(document), data
+
+
+@unittest.skipUnless(shutil.which("git"), "needs git")
+class Against(Workplace):
+    def setUp(self):
+        super().setUp()
+        self.git("init", "--quiet", "--initial-branch=main")
+
+    def git(self, *arguments, folder="."):
+        done = subprocess.run(["git", "-c", "protocol.file.allow=always", *arguments], cwd=self.folder / folder, text=True,
+                              capture_output=True, env={**os.environ, **IDENTITY}, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout.strip()
+
+    def commit(self, folder="."):
+        self.git("add", "--all", folder=folder)
+        self.git("commit", "--quiet", "--message=change", folder=folder)
+        return self.git("rev-parse", "HEAD", folder=folder)
+
+    def verdicts(self, code, *arguments):
+        report = self.report(code, *arguments)
+        return {gate["name"]: gate["verdict"] for gate in report["gates"]}
+
+    def error_of(self, *arguments):
+        gates = self.report(3, *arguments)["gates"]
+        return next(gate["error"]["message"] for gate in gates if gate["error"])
+
+    def test_baselines_are_those_of_the_revision_and_reports_name_it(self):
+        self.file("baselines/part.obj", square())
+        self.file("parts/part.obj", square())
+        commit = self.commit()
+        self.file("baselines/part.obj", square(5.0))  # here, the baseline was moved with the part
+        self.file("parts/part.obj", square(5.0))
+        self.commit()
+        self.manifest([("part", "parts/part.obj", "baselines/part.obj", "1 mm")])
+        self.exits(0, "gates.yaml")
+        kinds = ("json", "html", "junit", "markdown", "sarif", "code-quality")
+        result = self.exits(1, "gates.yaml", "--against", "main~1", *(f"--{kind}=out.{kind}" for kind in kinds))
+        self.assertIn(f"1 gate: 1 fail; against main~1 ({commit[:12]})", result.stdout)
+        report = json.loads((self.folder / "out.json").read_text())
+        self.assertEqual(report["against"], {"ref": "main~1", "commit": commit})
+        self.assertEqual(report["gates"][0]["baseline"], "main~1:baselines/part.obj")
+        self.assertGreater(report["gates"][0]["distance"]["lower"], 4.9)
+        for kind in ("html", "markdown", "sarif"):
+            text = (self.folder / f"out.{kind}").read_text()
+            self.assertIn(commit[:12], text, kind)
+            self.assertIn("main~1", text, kind)
+        self.assertIn("main~1:baselines/part.obj", (self.folder / "out.junit").read_text())
+        self.assertNotIn("against", self.report(0, "gates.yaml"))
+        sub = self.folder / "sub"
+        sub.mkdir()
+        process = subprocess.run([BINARY, "check", "../gates.yaml", "--against", commit[:10]], cwd=sub, env=ENVIRONMENT,
+                                 capture_output=True, text=True, check=False)
+        self.assertEqual(process.returncode, 1, process.stderr)
+
+    def test_a_part_is_compared_with_itself(self):
+        self.file("part.obj", square())
+        self.commit()
+        self.file("part.obj", square(2.0))
+        self.exits(1, "part.obj", "--against", "HEAD", "--max-distance", "1")
+        self.exits(0, "part.obj", "--against", "HEAD", "--max-distance", "3")
+        self.exits(1, "part.obj", "part.obj", "--against", "HEAD", "--max-distance", "1")
+        self.file("gates.yaml", "version: 1\ngates:\n  - {name: '{stem}', candidate: 'p*.obj', baseline: '{name}', max_distance: 1}\n")
+        self.assertEqual(self.verdicts(1, "gates.yaml", "--against", "HEAD"), {"part": "fail"})
+        self.assertIn("is the candidate itself", self.exits(3, "gates.yaml").stderr)
+
+    def test_pictures_and_maps_show_the_revision(self):
+        self.file("part.obj", square())
+        self.commit()
+        self.file("part.obj", square(2.0))
+        self.exits(1, "part.obj", "--against", "HEAD", "--max-distance", "1", "--html=r.html", "--pictures=p", "--deviation=m.ply")
+        self.assertIn("data:image/png", (self.folder / "r.html").read_text())
+        self.assertEqual([path.suffix for path in (self.folder / "p").iterdir()], [".png"])
+        self.assertTrue((self.folder / "m.ply").exists())
+
+    def test_forty_parts_with_pointers_renames_and_a_submodule(self):
+        pointed = square()
+        digest, pointer = pointer_of(pointed)
+        names = [f"part{i:02}" for i in range(36)]
+        for name in names:
+            self.file(f"base/{name}.obj", square())
+        self.file("base/pointed.obj", pointer)
+        self.file("base/unfetched.obj", pointer_of(b"nowhere")[1])
+        self.file("base/old.obj", square())
+        self.file("library/x.obj", square())
+        os.symlink("part00.obj", self.folder / "base/link.obj")
+        other = self.folder / "other"
+        other.mkdir()
+        self.git("init", "--quiet", "--initial-branch=main", folder="other")
+        (other / "inner.obj").write_bytes(square())
+        self.commit(folder="other")
+        self.git("submodule", "--quiet", "add", "./other", "module")
+        self.commit()
+        store = self.folder / ".git/lfs/objects" / digest[:2] / digest[2:4]
+        store.mkdir(parents=True)
+        (store / digest).write_bytes(pointed)
+        self.git("mv", "base/old.obj", "base/new.obj")
+        self.git("mv", "library/x.obj", "base/x.obj")
+        for name in names:
+            self.file(f"base/{name}.obj", square(0.5))
+        self.commit()
+        gates = [(name, f"base/{name}.obj", f"base/{name}.obj", "1 mm") for name in names]
+        gates += [(name, "flat.obj", path, "1 mm") for name, path in (
+            ("pointed", "base/pointed.obj"), ("unfetched", "base/unfetched.obj"), ("renamed", "base/new.obj"),
+            ("moved", "base/x.obj"), ("module", "module/inner.obj"), ("link", "base/link.obj"), ("outside", "/dev/null"))]
+        self.manifest(gates)
+        report = self.report(3, "gates.yaml", "--against", "HEAD~1")
+        found = {gate["name"]: gate for gate in report["gates"]}
+        passed = {name for name, gate in found.items() if gate["verdict"] == "pass"}
+        self.assertEqual(passed, {*names, "pointed"})
+        for name, words in {"unfetched": "is a Git LFS pointer in HEAD~1", "renamed": "is not in HEAD~1 (",
+                            "moved": ": there it is 'library/x.obj'", "module": "lies in the submodule 'module'",
+                            "link": "is a symbolic link in HEAD~1", "outside": "is outside of the repository"}.items():
+            self.assertIn(words, found[name]["error"]["message"])
+            self.assertIsNotNone(found[name]["manifest"]["line"])
+        self.assertNotIn("meshgauge-against", json.dumps(report))  # copies lie there
+
+    def test_a_scene_has_the_files_beside_it(self):
+        for size in (1, 2):
+            text, data = scene("data/points.bin", size)
+            self.file("scene.gltf", text)
+            self.file("data/points.bin", data)
+            self.commit()
+        self.assertEqual(self.verdicts(0, "scene.gltf", "--against", "HEAD", "--max-distance", "1 mm"), {"scene.gltf": "pass"})
+        self.assertEqual(self.verdicts(1, "scene.gltf", "--against", "HEAD~1", "--max-distance", "1 mm"), {"scene.gltf": "fail"})
+        self.git("rm", "--quiet", "--cached", "data/points.bin")
+        self.git("commit", "--quiet", "--message=lost")
+        self.assertIn("needs 'data/points.bin' beside it, which is not in HEAD", self.error_of(
+            "scene.gltf", "--against", "HEAD", "--max-distance", "1 mm"))
+
+    def test_worktrees_and_hostile_names(self):
+        name = "a\n::error::\u202e <b>.obj"
+        self.file(name, square())
+        self.commit()
+        self.git("worktree", "add", "--quiet", "tree", "HEAD")
+        self.file("tree/" + name, square(2.0))
+        done = subprocess.run([BINARY, "check", name, "--against", "main", "--max-distance", "1"], env=ENVIRONMENT,
+                              cwd=self.folder / "tree", capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        for line in (done.stdout + done.stderr).splitlines():
+            self.assertFalse(line.startswith("::"), line)
+            self.assertNotIn("\u202e", line)
+
+    def test_what_is_no_revision(self):
+        self.file("part.obj", square())
+        one = ("part.obj", "--max-distance", "1")
+        self.fails(*one, "--against", "HEAD", saying="there is no commit 'HEAD'")  # no commit yet
+        self.commit()
+        for ref in ("nowhere", "HEAD~9", "HEAD:part.obj", "HEAD $(touch made)", "HEAD;touch made"):
+            self.fails(*one, f"--against={ref}", saying="--against: there is no commit")
+        for ref in ("-HEAD", "--output=made", "--all"):
+            self.fails(*one, f"--against={ref}", saying="begins with '-'")
+        self.fails(*one, "--against=", saying="--against: 1 required TEXT missing")
+        self.assertFalse((self.folder / "made").exists())
+        shutil.rmtree(self.folder / ".git")
+        self.fails(*one, "--against", "HEAD", saying="--against: needs the git repository")
+
+    def test_without_git(self):
+        self.file("part.obj", square())
+        self.commit()
+        result = self.exits(3, "part.obj", "--max-distance", "1", "--against", "HEAD", environment={"PATH": str(self.folder)})
+        self.assertIn("git: it is not installed", result.stderr)
+
+    def test_nothing_is_left_behind(self):
+        self.file("part.obj", square())
+        self.commit()
+        room = self.folder / "room"
+        room.mkdir()
+        self.exits(0, "part.obj", "--max-distance", "1", "--against", "HEAD", environment={"TMPDIR": str(room)})
+        self.fails("part.obj", "--max-distance", "1", "--against", "nowhere", saying="no commit")
+        self.assertEqual(list(room.iterdir()), [])
+        result = self.exits(3, "part.obj", "--max-distance", "1", "--against", "HEAD", environment={"TMPDIR": str(room / "none")})
+        self.assertIn("set the variable TMPDIR", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
