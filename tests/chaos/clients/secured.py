@@ -113,6 +113,14 @@ def piped(arena):
     raise Broken("no handshake is taken")
 
 
+def rest_of(pipe):
+    """What the service sends until it closes; nothing when that is by a reset."""
+    try:
+        return pipe.rest()
+    except ConnectionError:
+        return b""
+
+
 @RECORDS.does("one for each byte of a request")
 def _(arena):
     pipe = piped(arena)
@@ -121,7 +129,7 @@ def _(arena):
         pipe.flush()
     pipe.tls.write(b"GET /none HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
     pipe.flush()
-    demand(pipe.rest().count(b"HTTP/1.1 ") == 2, "answers to records of a byte")
+    demand(rest_of(pipe).count(b"HTTP/1.1 ") == 2, "answers to records of a byte")
     pipe.socket.close()
 
 
@@ -132,7 +140,7 @@ def _(arena):
     data = bytearray(pipe.outgoing.read())
     data[-1] ^= 1
     pipe.socket.sendall(data)
-    demand(b"HTTP/1.1" not in pipe.rest(), "a record that was changed is served")
+    demand(b"HTTP/1.1" not in rest_of(pipe), "a record that was changed is served")
     pipe.socket.close()
 
 
@@ -141,7 +149,7 @@ def _(arena):
     pipe = piped(arena)
     pipe.tls.write(HEALTH.replace(b"@KEY@", b""))
     pipe.socket.sendall(pipe.outgoing.read() * 2)
-    demand(pipe.rest().count(b"HTTP/1.1 200") <= 1, "a record that was repeated is served")
+    demand(rest_of(pipe).count(b"HTTP/1.1 200") <= 1, "a record that was repeated is served")
     pipe.socket.close()
 
 
@@ -169,7 +177,7 @@ def _(arena):
     pipe.say_goodbye()
     with contextlib.suppress(OSError):
         pipe.socket.sendall(record(DATA, bytes(500)))
-    pipe.rest()
+    rest_of(pipe)
     pipe.socket.close()
 
 
