@@ -1,9 +1,9 @@
 // Loaded before the C library (LD_PRELOAD): makes one folder behave as one on a disk that fails, while a file says so.
 //
 // MESHGAUGE_FAILING_DISK=<folder>:<file>. The file's three 32-bit numbers are mapped: the process concerned (-1: each
-// that has this variable), the errno that everything which writes to the folder fails with (0: none), and the seconds by
-// which its clock is wrong. A real file system that is in use by a writer cannot be made read-only from outside; after an
-// I/O error the kernel does so, and this is what it looks like.
+// that has this variable), the errno that everything which writes to the folder fails with (0: none), and the seconds
+// by which its clock is wrong. A real file system that is in use by a writer cannot be made read-only from outside;
+// after an I/O error the kernel does so, and this is what it looks like.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
