@@ -207,7 +207,8 @@ def clocks(rig, timeout_ms=1500):
         assert document == other, "two answers of one job"
         assert (document["state"], document["tries"]) == ("done", 1) and holds(document, height), document
         times = [since_1970(document[name]) for name in ("created", "started", "finished", "expires")]
-        assert times == sorted(times) and abs(times[0] - now) < TEN_MINUTES / 2, (now, document)
+        # Front ends and workers estimate the database's clock, each within a moment.
+        assert all(one <= next_ + 1 for one, next_ in zip(times, times[1:])) and abs(times[0] - now) < TEN_MINUTES / 2, (now, document)
         assert times[-1] - times[-2] > TEN_MINUTES, "it is kept for too short: %s" % document
     key = "Idempotency-Key: clocks\r\n"
     first, again = (client.compare(square(0), square(2), extra=key) for client in clients)
