@@ -43,7 +43,7 @@ class MeshFile {
   static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr, const Copies* copies = nullptr);
 
   // As open(), of a file that the roots find (Roots::find). No symbolic link below a root is followed. Errors also:
-  // those of Roots::find(); too_large above max_file_bytes.
+  // those of Roots::find(); too_large above max_file_bytes, of a .gltf with the files that it names.
   static Result<MeshFile> open_within(const Confines& confines, const std::string& path);
 
   std::span<const std::byte> bytes() const {
@@ -60,9 +60,10 @@ class MeshFile {
   explicit MeshFile(std::string bundle) : bundle_(std::move(bundle)) {}
   explicit MeshFile(std::span<const std::byte> piped) : piped_(piped) {}
 
-  // `path`: in messages. `folder`, `before`: where the files are that a .gltf names, folder/ + before + name.
-  static Result<MeshFile> of_file(const std::string& path, WholeFile whole, const std::string& folder,
-                                  const std::string& before);
+  // `path`: in messages. `folder`, `before`: where the files are that a .gltf names, folder/ + before + name. `most`:
+  // bytes of all of them.
+  static Result<MeshFile> of_file(const std::string& path, WholeFile whole, const BaseFolder& folder,
+                                  const std::string& before, std::uint64_t most);
   static Result<MeshFile> of_pipe(const std::string& name, std::span<const std::byte> bytes);
 
   std::optional<WholeFile> whole_;
