@@ -2,11 +2,12 @@
 
 import base64
 import json
+import math
 import subprocess
 import unittest
 
 import jsonschema
-from client import PNG, Session, square
+from client import PNG, Session, cube, square
 from harness import BINARY, ENVIRONMENT
 
 
@@ -122,6 +123,29 @@ class Compare(Session):
         self.assertEqual([one["verdict"] for one in found["criteria"]], ["fail", "pass", "pass"])
         self.assertEqual(found["criteria"][0]["name"], found["foremost"])
         self.assertEqual(found["foremost"], "watertight")
+
+    def test_with_regions_the_witness_is_that_of_the_whole_distance(self):
+        self.file("larger.obj", cube(1.2))
+        options = {"max_distance": 0.3, "regions": [{"name": "far", "box": {"min": [0.9, -9, -9], "max": [9, 9, 9]}, "max_distance": 5}]}
+        result = self.compare("cube.obj", "larger.obj", options=options, picture=True)
+        found = self.found(result)
+        self.assertEqual(found["verdict"], "pass")
+        witness = found["witness"]
+        self.assertGreaterEqual(math.dist(witness["point"], witness["nearest_point"]), found["distance"]["lower"] * (1 - 1e-12))
+        self.assertAlmostEqual(found["distance"]["lower"], math.sqrt(0.12), 3)
+        text = result["content"][0]["text"]
+        self.assertIn("farthest off is (1.2, 1.2, 1.2)", text)
+        self.assertIn("the mark is on the point that is farthest off", text)
+        options["regions"][0]["max_distance"] = 0.1
+        result = self.compare("cube.obj", "larger.obj", options=options)
+        self.assertEqual(self.found(result)["verdict"], "fail")
+        self.assertIn("the mark is on the point to look at of 'distance in far'", result["content"][0]["text"])
+
+    def test_what_only_an_expectation_refuses_still_has_a_place(self):
+        text = self.compare(options={"max_distance": 3, "expect": {"watertight": True}})["content"][0]["text"]
+        self.assertIn("\nRepair mesh a, or change what is expected of it.\nfarthest off is (", text)
+        self.assertIn("dark red is beyond the limit", text)
+        self.assertIn("red is the largest distance", self.compare(picture=True)["content"][0]["text"])
 
     def test_meshes_inside_of_the_message(self):
         pairs = [(inline(square(2.0), "x.obj"), {"path": "flat.obj"}), (inline(square(2.0)), inline(square())),
