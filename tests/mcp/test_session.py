@@ -17,7 +17,7 @@ def inline(data, name=None):
 
 class Protocol(Session):
     def test_the_revision_is_the_clients_where_it_is_known(self):
-        for asked, got in (("2025-11-25", "2025-11-25"), ("2025-06-18", "2025-06-18"), ("2025-03-26", "2025-03-26"),
+        for asked, got in (("2025-11-25", "2025-11-25"), ("2025-06-18", "2025-06-18"), ("2025-03-26", "2025-11-25"),
                            ("2024-11-05", "2024-11-05"), ("1999-01-01", "2025-11-25")):
             result = self.client.initialize(asked)
             self.assertEqual(result["protocolVersion"], got)
