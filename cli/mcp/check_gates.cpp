@@ -102,8 +102,16 @@ ToolAnswer failure_of(const std::string& manifest, const std::vector<check::Mist
   return {std::move(text), nullptr, {}};
 }
 
+// A call has its place until its files are read, also when it is cancelled or their time is over: else readers that
+// are not counted would add up.
+struct UntilRead {
+  ~UntilRead() { meshes.stop(); }
+  check::Meshes& meshes;
+};
+
 check::Report report_of(const std::vector<check::Gate>& gates, ToolCall& call) {
   const auto meshes = std::make_shared<check::Meshes>(gates);
+  const UntilRead until_read{*meshes};
   const auto measurer = check::local(gates, meshes, {call.threads, 0});
   check::Watch watch;
   watch.interrupted = [&] { return call.control.cancelled(); };
