@@ -6,6 +6,7 @@
 
 #include <cassert>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -54,6 +55,7 @@ Error not_opened(const std::string& path, int folder, const std::string& compone
 // `flags`: of the last component.
 Result<Descriptor> opened_below(const BaseFolder& folder, const std::string& name, int flags) {
   const std::string path = folder.path + "/" + name;
+  if (name.size() >= PATH_MAX) return unusable(path, "cannot be read: its name is too long");
   Descriptor place(folder.held ? ::openat(folder.held->get(), ".", kFolderToRead)
                                : ::open(folder.path.c_str(), kFolderToRead));
   if (!place) return failed(folder.path);

@@ -168,7 +168,9 @@ ToolAnswer run_gates(const Context& context, ToolCall& call) {
   std::vector<api::RequestMistake> mistakes;
   const AskedGates asked = read_gates(call.arguments, mistakes);
   if (!mistakes.empty()) return failure(mistakes);
-  check::Gates read = check::gates_within(context.confines, asked.manifest, check::Selection(asked.only));
+  call.control.set_deadline(Control::Clock::now() + context.times.max_timeout);  // each gate has a time of its own
+  check::Gates read = check::gates_within(context.confines, asked.manifest, check::Selection(asked.only),
+                                          [&] { return call.control.check() != Interruption::none; });
   if (read.mistakes.empty()) keep_only(asked.only, read);
   if (!read.mistakes.empty()) return failure_of(asked.manifest, read.mistakes);
   const check::Report report = report_of(read.gates, call);
