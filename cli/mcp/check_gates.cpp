@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,7 @@ constexpr const char* kUsualManifest = "gates.yaml";
 constexpr std::size_t kMostLines = 20;           // of gates in words: of more those alone that do not pass
 constexpr std::size_t kMostPatterns = 64;        // of `only`
 constexpr std::size_t kMostGateBytes = 1 << 20;  // of all gates: a client takes an answer of 10 MB at most
+constexpr std::size_t kMostTextBytes = 1 << 16;  // of the same in words
 
 struct AskedGates {
   std::string manifest = kUsualManifest;
@@ -92,6 +94,15 @@ void keep_only(const std::vector<std::string>& only, check::Gates& read) {
   std::erase_if(read.gates, [&](const check::Gate& gate) { return !all.holds(gate.name); });
 }
 
+// Leaves out lines of a long text before its last one, which has the counts of a table.
+std::string shortened(const std::string& text) {
+  if (text.size() <= kMostTextBytes) return text;
+  const std::size_t last = text.rfind('\n', text.size() - 2) + 1;  // 0: there is one line
+  const std::size_t end = std::min(last, text.rfind('\n', kMostTextBytes - 1) + 1);
+  const auto lines = std::ranges::count(std::string_view(text).substr(end, last - end), '\n');
+  return text.substr(0, end) + "(" + std::to_string(lines) + " lines are left out)\n" + text.substr(last);
+}
+
 ToolAnswer failure_of(const std::string& manifest, const std::vector<check::Mistake>& mistakes) {
   std::string text;
   for (const check::Mistake& mistake : mistakes) {
@@ -99,7 +110,7 @@ ToolAnswer failure_of(const std::string& manifest, const std::vector<check::Mist
     text += (text.empty() ? "" : "\n") +
             check::shown_name(has_place ? check::to_string(manifest, mistake) : mistake.message);
   }
-  return {std::move(text), nullptr, {}};
+  return {shortened(text), nullptr, {}};
 }
 
 // A call has its place until its files are read, also when it is cancelled or their time is over: else readers that
@@ -161,7 +172,7 @@ Json found_in(const check::Report& report, bool comparisons) {
 std::string gates_in_words(const check::Report& report) {
   const bool is_long = report.outcomes.size() > kMostLines;
   const std::string table = check::to_table(report, {false, is_long, 0});
-  return table.empty() ? "all " + std::to_string(report.outcomes.size()) + " gates pass\n" : table;
+  return table.empty() ? "all " + std::to_string(report.outcomes.size()) + " gates pass\n" : shortened(table);
 }
 
 ToolAnswer run_gates(const Context& context, ToolCall& call) {

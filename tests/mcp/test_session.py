@@ -194,6 +194,14 @@ class Inspect(Session):
         found = self.found(self.client.call("inspect_mesh", {"mesh": inline(b"0 0 0\n1 0 0\n0 1 5\n", "points.xyz")}))
         self.assertEqual((found["triangles"], found["vertices"], found["area"]), (0, 3, 0))
         self.assertTrue(any("point cloud" in note for note in found["notes"]))
+        self.assertIsNone(found["topology"])
+
+    def test_what_faces_inwards(self):
+        faces = [line.split() for line in cube().decode().splitlines()]
+        inward = "\n".join(" ".join([kind, *(reversed(rest) if kind == "f" else rest)]) for kind, *rest in faces) + "\n"
+        result = self.client.call("inspect_mesh", {"mesh": inline(inward.encode(), "x.obj"), "unit": "in"})
+        self.assertLess(self.found(result)["topology"]["volume"]["upper"], 0)
+        self.assertIn("\nvolume: -1 in^3: its triangles face inwards\n", result["content"][0]["text"])
 
 
 class Gates(Session):
@@ -258,6 +266,13 @@ class Gates(Session):
         self.assertGreater(found["left_out"], 0)
         self.assertIn("raised", [gate["name"] for gate in found["gates"]])
         self.assertEqual(found["counts"]["pass"], 1001)
+
+    def test_a_long_report_is_short_in_words(self):
+        lines = ["- {name: %s-%d, candidate: raised.obj, baseline: flat.obj}\n" % ("x" * 190, i) for i in range(300)]
+        self.file("gates.yaml", "version: 1\ndefaults: {max_distance: 1 mm}\ngates:\n" + "".join(lines))
+        text = self.client.call("check_gates", {})["content"][0]["text"]
+        self.assertLess(len(text), 70_000)
+        self.assertRegex(text, r"\n\(\d+ lines are left out\)\n300 gates: 300 fail\n$")
 
 
 if __name__ == "__main__":
