@@ -18,6 +18,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/base/byte_budget.h"
 #include "api/base/machine.h"
 #include "api/base/roots.h"
 #include "api/base/text.h"
@@ -33,7 +34,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kPatience{500};
 constexpr std::size_t kMostUnwrittenBytes = std::size_t{16} << 20;
-constexpr std::uint64_t kFileShare = 4;  // of the memory: the largest file, which is held whole
+constexpr std::uint64_t kFileShare = 4;  // of the memory: all files at once, which are held whole
 
 // Ends the process without destructors: readers that are left behind use what exit() destroys.
 [[noreturn]] void leave(int exit_code) { std::_Exit(exit_code); }
@@ -53,7 +54,9 @@ void let_block(int file) {
 
 mcp::Context context_of(api::Roots roots) {
   api::Confines confines{std::move(roots)};
-  confines.max_file_bytes = std::min(confines.max_file_bytes, api::memory_bytes() / kFileShare);
+  const std::uint64_t bytes = api::memory_bytes() / kFileShare;
+  confines.max_file_bytes = std::min(confines.max_file_bytes, bytes);
+  confines.files = std::make_shared<api::ByteBudget>(bytes);
   return {std::make_shared<const api::Confines>(std::move(confines)), api::processors()};
 }
 

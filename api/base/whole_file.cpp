@@ -95,11 +95,12 @@ Result<WholeFile> WholeFile::open_below(const BaseFolder& folder, const std::str
   return file ? read(file->get(), folder.path + "/" + name, most) : file.error();
 }
 
-Result<Done> WholeFile::check_below(const BaseFolder& folder, const std::string& name) {
+Result<std::uint64_t> WholeFile::size_below(const BaseFolder& folder, const std::string& name) {
   const auto file = opened_below(folder, name, kToRead);
   if (!file) return file.error();
   struct stat status {};
-  return check_regular(file->get(), folder.path + "/" + name, status);
+  if (auto ok = check_regular(file->get(), folder.path + "/" + name, status); !ok) return ok.error();
+  return static_cast<std::uint64_t>(status.st_size);
 }
 
 Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {

@@ -32,8 +32,8 @@ class WholeFile {
   // Refuses symbolic links below the folder, '..', and more than `most` bytes. The path of the folder itself may have
   // links.
   static Result<WholeFile> open_below(const BaseFolder& folder, const std::string& name, std::uint64_t most);
-  // Checks that there is a regular file which open_below() would open, and reads nothing.
-  static Result<Done> check_below(const BaseFolder& folder, const std::string& name);
+  // Returns the size of a regular file which open_below() would open, and reads nothing.
+  static Result<std::uint64_t> size_below(const BaseFolder& folder, const std::string& name);
 
   std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
 

@@ -117,13 +117,34 @@ Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes, con
   return larger_than_memory(path);
 }
 
+Result<ByteBudget::Lease> MeshFile::lease(const Confines& confines, std::uint64_t bytes, const std::string& path) {
+  if (!confines.files) return ByteBudget::Lease();
+  auto taken = ByteBudget::take(confines.files, bytes);
+  if (taken) return taken;
+  return Error{ErrorCode::too_large,
+               "'" + path +
+                   "' does not fit into memory beside the other files that are read now: wait for an answer, then call "
+                   "again, or write a smaller file",
+               "", ""};
+}
+
 Result<MeshFile> MeshFile::open_within(const Confines& confines, const std::string& path) try {
   const auto place = confines.roots.find(path);
   if (!place) return place.error();
+  const auto size = WholeFile::size_below(place->folder, place->name);
+  if (!size) return size.error();
+  const auto of_file_itself = lease(confines, std::min(*size, confines.max_file_bytes), path);
+  if (!of_file_itself) return of_file_itself.error();
   auto whole = WholeFile::open_below(place->folder, place->name, confines.max_file_bytes);
   if (!whole) return std::move(whole).error();
   const std::string before = place->name.substr(0, place->name.rfind('/') + 1);  // empty without a folder
-  return of_file(path, std::move(*whole), place->folder, before, confines.max_file_bytes);
+  auto file = of_file(path, std::move(*whole), place->folder, before, confines.max_file_bytes);
+  if (!file) return file;
+  const std::uint64_t bytes = file->bytes().size();
+  const auto of_others = lease(confines, bytes - std::min(bytes, *size), path);
+  if (!of_others) return of_others.error();
+  file->leases_ = {*of_file_itself, *of_others};
+  return file;
 } catch (const std::bad_alloc&) {
   return larger_than_memory(path);
 }

@@ -1,6 +1,7 @@
 #include "check/manifest/manifest.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <system_error>
@@ -248,7 +249,7 @@ class Expansion {
     if (!lookup_.globs) return fs::exists(folder_ / path, none);
     std::string name;
     for (const std::string& part : components(path)) name = joined(name, part);
-    return api::WholeFile::check_below(lookup_.globs->folder, name).ok();
+    return api::WholeFile::size_below(lookup_.globs->folder, name).ok();
   }
 
   std::string finds_nothing(const std::string& pattern) const {
@@ -308,9 +309,10 @@ class Expansion {
     if (!gate.confines) return true;
     std::error_code failed;
     const auto found = gate.confines->roots.find(fs::absolute(file, failed).string());
-    const auto ok = found ? api::WholeFile::check_below(found->folder, found->name) : Result<Done>(found.error());
-    if (!ok) add_defect(gate, place, what + " " + ok.error().message);
-    return ok.ok();
+    const auto size =
+        found ? api::WholeFile::size_below(found->folder, found->name) : Result<std::uint64_t>(found.error());
+    if (!size) add_defect(gate, place, what + " " + size.error().message);
+    return size.ok();
   }
 
   void check_candidate(const Entry& entry, Gate& gate) {

@@ -2,11 +2,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <memory>
 #include <new>
 #include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "api/base/byte_budget.h"
 #include "api/compare/load.h"
 #include "api/compare/mesh_file.h"
 #include "api/formats/detect.h"
@@ -32,6 +35,12 @@ struct Sources {
   std::shared_ptr<const api::Confines> confines;
 };
 
+// Arrays of a mesh, and what its file takes of a budget as long as they are there.
+struct Kept {
+  std::shared_ptr<const void> arrays;
+  std::vector<api::ByteBudget::Lease> leases;
+};
+
 Result<api::MeshFile> opened(const std::string& name, const Sources& sources) {
   if (!sources.confines) return api::MeshFile::open(name, sources.pipes.get(), sources.copies.get());
   std::error_code failed;
@@ -48,6 +57,7 @@ Result<api::SharedMesh> read(const std::string& name, const Sources& sources, Pr
   const api::ReadLimits limits = sources.confines ? sources.confines->limits : api::ReadLimits{};
   auto loaded = api::load({name, file->bytes(), name, ""}, limits);
   if (!loaded) return std::move(loaded).error();
+  loaded->arrays = std::make_shared<const Kept>(Kept{std::move(loaded->arrays), file->leases()});
   return std::make_shared<const api::PreparedMesh>(std::move(*loaded), file->bytes().size(), use);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::internal, "not enough memory to read '" + name + "'", "", ""};
