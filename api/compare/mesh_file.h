@@ -31,7 +31,7 @@ struct Confines {
   Roots roots;
   ReadLimits limits = kUntrustedLimits;
   std::uint64_t max_file_bytes = kUntrustedFileBytes;
-  // Of all files that are held at the same time, or whose meshes are; null: as many as there is memory for.
+  // What all files that are held at the same time, or whose meshes are, may have together; null: any number of bytes.
   std::shared_ptr<ByteBudget> files{};
 };
 

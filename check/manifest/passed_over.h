@@ -17,7 +17,7 @@ struct PassedOver {
 
 struct PassedOverFiles {
   std::vector<PassedOver> files;  // in the order of their names; of a leading dot alone meshes by name
-  bool all = true;  // false: more than kMaxGlobEntries were looked at, or kMaxGlobMatches found, or it was interrupted
+  bool all = true;                // false: kMaxGlobEntries or kMaxGlobMatches were passed, or it was interrupted
 };
 
 // Looks where glob() looks, and into folders whose names differ from the pattern in the same ways. What cannot be read

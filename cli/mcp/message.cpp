@@ -9,7 +9,7 @@
 namespace meshgauge::mcp {
 namespace {
 
-constexpr std::size_t kMostValues = 100'000;     // of a message: each takes some ten times its bytes
+constexpr std::size_t kMostValues = 100'000;   // of a message: each takes some ten times its bytes
 constexpr std::size_t kMostDefectBytes = 300;  // of the parser's words, which repeat what was sent
 
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }

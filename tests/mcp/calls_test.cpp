@@ -25,7 +25,7 @@ std::string spin(Control& control) {
   return "not sent";
 }
 
-// Of calls that have no answer.
+// For calls that have no answer.
 void unwanted(const std::string& answer) { FAIL_CHECK(answer); }
 
 bool runs(const Calls& calls, std::size_t number) {
