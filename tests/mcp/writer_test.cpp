@@ -20,7 +20,7 @@ using namespace meshgauge::mcp;
 
 namespace {
 
-constexpr std::chrono::minutes kLong{1};
+constexpr std::chrono::minutes kPatient{1};
 
 struct Pipe {
   Pipe() {
@@ -56,7 +56,7 @@ TEST_CASE("writer: while nothing is read no line is written, and what is offered
   std::thread sender([&] { writer.send("second"); });  // waits
   CHECK(stream.read_to("second\n") == large + "\nsecond\n");
   sender.join();
-  CHECK(writer.end(kLong));
+  CHECK(writer.end(kPatient));
   writer.offer("third");
   CHECK(stream.read_to("\n") == "third\n");
 }
@@ -72,7 +72,7 @@ TEST_CASE("writer: when the reader has gone that is told once, and nothing waits
     });
     stream.from.close();
     for (int i = 0; i < 10; ++i) writer.send("line");
-    CHECK(writer.end(kLong));
+    CHECK(writer.end(kPatient));
   }
   CHECK(told == 1);
   CHECK(error == EPIPE);
