@@ -6,20 +6,19 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <mutex>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
-#include "api/base/descriptor.h"
+#include "api/base/byte_budget.h"
 #include "api/base/machine.h"
 #include "api/base/roots.h"
 #include "api/base/text.h"
@@ -28,12 +27,14 @@
 #include "cli/mcp/lines.h"
 #include "cli/mcp/session.h"
 #include "cli/mcp/tool.h"
+#include "cli/mcp/writer.h"
 
 namespace meshgauge::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{500};
-constexpr std::uint64_t kFileShare = 4;  // of the memory: the largest file, which is held whole
+constexpr std::size_t kMostUnwrittenBytes = std::size_t{16} << 20;
+constexpr std::uint64_t kFileShare = 4;  // of the memory: all files at once, which are held whole
 
 // Ends the process without destructors: readers that are left behind use what exit() destroys.
 [[noreturn]] void leave(int exit_code) { std::_Exit(exit_code); }
@@ -44,25 +45,18 @@ void let_block(int file) {
   if (flags >= 0 && (flags & O_NONBLOCK) != 0) ::fcntl(file, F_SETFL, flags & ~O_NONBLOCK);
 }
 
-// Writes lines to standard output. When that is closed the client has gone, and the process ends.
-class Output {
- public:
-  void send(const std::string& line) {
-    const std::lock_guard lock(mutex_);
-    const std::string whole = line + "\n";
-    if (write_all(STDOUT_FILENO, std::as_bytes(std::span(whole)))) return;
-    if (errno == EPIPE) leave(kExitResult);
-    std::fprintf(stderr, "meshgauge: standard output cannot be written: %s\n", std::strerror(errno));
-    leave(kExitError);
-  }
-
- private:
-  std::mutex mutex_;
-};
+// When standard output is closed the client has gone.
+[[noreturn]] void leave_without_output(int error) {
+  if (error == EPIPE) leave(kExitResult);
+  std::fprintf(stderr, "meshgauge: standard output cannot be written: %s\n", std::strerror(error));
+  leave(kExitError);
+}
 
 mcp::Context context_of(api::Roots roots) {
   api::Confines confines{std::move(roots)};
-  confines.max_file_bytes = std::min(confines.max_file_bytes, api::memory_bytes() / kFileShare);
+  const std::uint64_t bytes = api::memory_bytes() / kFileShare;
+  confines.max_file_bytes = std::min(confines.max_file_bytes, bytes);
+  confines.files = std::make_shared<api::ByteBudget>(bytes);
   return {std::make_shared<const api::Confines>(std::move(confines)), api::processors()};
 }
 
@@ -81,8 +75,11 @@ int run(const std::vector<std::string>& folders) {
   let_block(STDOUT_FILENO);
   say_what_runs(*roots);
   const mcp::Context context = context_of(*roots);
-  Output output;
-  mcp::Session session(context, context.processors, [&output](const std::string& line) { output.send(line); });
+  mcp::Writer writer(STDOUT_FILENO, kMostUnwrittenBytes, leave_without_output);
+  mcp::Session session(context, context.processors, [&writer](std::string line, mcp::Session::Line what) {
+    if (what == mcp::Session::Line::answer) return writer.send(std::move(line));
+    writer.offer(std::move(line));
+  });
   mcp::Lines lines(STDIN_FILENO, mcp::kMostMessageBytes);
   std::string line;
   while (true) {
@@ -95,6 +92,7 @@ int run(const std::vector<std::string>& folders) {
         break;
       case mcp::Lines::Got::end:
         session.end(kPatience);
+        writer.end(kPatience);
         leave(kExitResult);
     }
   }

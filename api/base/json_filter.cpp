@@ -9,11 +9,14 @@ namespace meshgauge::api {
 
 bool JsonFilter::value() {
   if (!levels_.empty()) ++levels_.back().values;
-  return true;
+  if (++values_ <= most_values_) return true;
+  where = pointer();
+  defect = "more than " + std::to_string(most_values_) + " values";
+  return false;
 }
 
 bool JsonFilter::open(bool array) {
-  value();
+  if (!value()) return false;
   levels_.push_back({array, 0, {}, {}});
   if (levels_.size() <= kMaxDepth) return true;
   defect = "nested deeper than " + std::to_string(kMaxDepth) + " levels";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <set>
 #include <string>
 #include <string_view>
@@ -19,6 +20,9 @@ namespace meshgauge::api {
 class JsonFilter : public nlohmann::json_sax<nlohmann::json> {
  public:
   static constexpr std::size_t kMaxDepth = 16;
+
+  // `most_values`: of the whole text. A tree has many bytes for each, however short it is.
+  explicit JsonFilter(std::size_t most_values = std::numeric_limits<std::size_t>::max()) : most_values_(most_values) {}
 
   std::string defect;
   std::string where;
@@ -50,6 +54,8 @@ class JsonFilter : public nlohmann::json_sax<nlohmann::json> {
   bool close();
   std::string pointer() const;
 
+  const std::size_t most_values_;
+  std::size_t values_ = 0;
   std::vector<Level> levels_;
 };
 

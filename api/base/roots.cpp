@@ -1,5 +1,8 @@
 #include "api/base/roots.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
@@ -13,6 +16,8 @@
 
 namespace meshgauge::api {
 namespace {
+
+constexpr int kFolderFlags = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
 
 using Components = std::vector<std::string_view>;
 
@@ -38,9 +43,16 @@ bool begins_with(const Components& path, const std::string& folder) {
   return above.size() < path.size() && std::equal(above.begin(), above.end(), path.begin());
 }
 
-bool has_file(const std::string& folder, const std::string& name) {
-  std::error_code none;
-  return std::filesystem::exists(std::filesystem::symlink_status(folder + "/" + name, none));
+bool has_file(const Descriptor& folder, const std::string& name) {
+  struct stat status {};
+  return ::fstatat(folder.get(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0;
+}
+
+// The path as it was given, absolute, where that names the folder: without its '..' one with links may not.
+std::string written_path(const std::string& folder, const std::filesystem::path& real) {
+  std::error_code failed;
+  const auto path = std::filesystem::absolute(folder, failed).lexically_normal();
+  return std::filesystem::canonical(path, failed) == real ? path.string() : real.string();
 }
 
 Error bad_path(std::string_view path, const std::string& why) {
@@ -55,9 +67,11 @@ Result<Roots> Roots::open(const std::vector<std::string>& folders) {
   for (const std::string& folder : folders) {
     std::error_code failed;
     const fs::path real = fs::canonical(folder, failed);
-    if (failed || !fs::is_directory(real, failed)) return refused("'" + folder + "' is no folder that can be read");
+    auto held = std::make_shared<const Descriptor>(failed ? -1 : ::open(real.c_str(), kFolderFlags));
+    if (!*held) return refused("'" + folder + "' is no folder that can be read");
     roots.folders_.push_back(real.string());
-    roots.written_.push_back(fs::absolute(folder, failed).lexically_normal().string());
+    roots.written_.push_back(written_path(folder, real));
+    roots.held_.push_back(std::move(held));
   }
   return roots;
 }
@@ -73,15 +87,16 @@ Result<Roots::Place> Roots::find(std::string_view path) const {
   if (path.front() == '/') {
     for (std::size_t i = 0; i < folders_.size(); ++i) {
       for (const std::string* folder : {&folders_[i], &written_[i]}) {
-        if (begins_with(parts, *folder)) return Place{folders_[i], path_of(parts, components_of(*folder).size())};
+        if (begins_with(parts, *folder))
+          return Place{{folders_[i], held_[i]}, path_of(parts, components_of(*folder).size())};
       }
     }
     return bad_path(path, "is outside of the folders that may be read: " + listed(folders_));
   }
   const std::string name = path_of(parts, 0);
-  const auto has = [&](const std::string& folder) { return has_file(folder, name); };
-  const auto first = std::ranges::find_if(folders_, has);
-  return Place{first == folders_.end() ? folders_.front() : *first, name};
+  const auto first = std::ranges::find_if(held_, [&](const auto& held) { return has_file(*held, name); });
+  const auto i = static_cast<std::size_t>(first == held_.end() ? 0 : first - held_.begin());
+  return Place{{folders_[i], held_[i]}, name};
 }
 
 }  // namespace meshgauge::api

@@ -1,26 +1,29 @@
 // Folders below which files may be read for a client that is not trusted to name any file.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "api/base/descriptor.h"
+#include "api/base/whole_file.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
 
 class Roots {
  public:
-  // Resolves symbolic links of the folders' own paths, here and nowhere else. Error: invalid_request when one is no
-  // folder. Precondition: there is one at least.
+  // Resolves symbolic links of the folders' own paths, and opens the folders, here and nowhere else: what is put in
+  // their places later is not read. Error: invalid_request when one is no folder. Precondition: there is one at least.
   static Result<Roots> open(const std::vector<std::string>& folders);
 
   // A file for WholeFile::open_below(): `name` is a relative path of plain components.
   struct Place {
-    std::string folder;
+    BaseFolder folder;
     std::string name;
 
-    std::string path() const { return folder + "/" + name; }
+    std::string path() const { return folder.path + "/" + name; }
   };
 
   // Returns the place of a path that is absolute and below one of the folders, or relative to one of them: of several
@@ -35,6 +38,7 @@ class Roots {
 
   std::vector<std::string> folders_;  // without symbolic links
   std::vector<std::string> written_;  // the same, absolute, as they were given
+  std::vector<std::shared_ptr<const Descriptor>> held_;
 };
 
 }  // namespace meshgauge::api

@@ -6,6 +6,7 @@
 
 #include <cassert>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -37,6 +38,7 @@ ssize_t read_all(int fd, std::span<std::byte> to) {
 
 // O_NONBLOCK: opening a pipe without a writer must not block.
 constexpr int kToRead = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
+constexpr int kFolderToRead = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
 
 // Returns why a component could not be opened. A symbolic link is detected here, since the errno of openat() depends
 // on its flags.
@@ -50,16 +52,20 @@ Error not_opened(const std::string& path, int folder, const std::string& compone
   return failed(path);
 }
 
-Result<Descriptor> opened_below(const std::string& folder, const std::string& name) {
-  const std::string path = folder + "/" + name;
-  Descriptor place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!place) return failed(folder);
-  for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
+// `flags`: of the last component.
+Result<Descriptor> opened_below(const BaseFolder& folder, const std::string& name, int flags) {
+  const std::string path = folder.path + "/" + name;
+  if (name.size() >= PATH_MAX) return unusable(path, "cannot be read: its name is too long");
+  Descriptor place(folder.held ? ::openat(folder.held->get(), ".", kFolderToRead)
+                               : ::open(folder.path.c_str(), kFolderToRead));
+  if (!place) return failed(folder.path);
+  for (std::size_t at = 0, end = name.empty() ? std::string::npos : 0; end != std::string::npos; at = end + 1) {
     end = name.find('/', at);
     const std::string component = name.substr(at, end - at);
-    assert(!component.empty() && component != "..");
-    const int flags = end == std::string::npos ? kToRead : O_RDONLY | O_DIRECTORY | O_CLOEXEC;
-    Descriptor opened(::openat(place.get(), component.c_str(), flags | O_NOFOLLOW));
+    assert(!component.empty());
+    if (component == "..") return unusable(path, "has '..', which may lead out of the folder");
+    const int how = end == std::string::npos ? flags : kFolderToRead;
+    Descriptor opened(::openat(place.get(), component.c_str(), how | O_NOFOLLOW));
     if (!opened) return not_opened(path, place.get(), component);
     place = std::move(opened);
   }
@@ -75,21 +81,26 @@ Result<Done> check_regular(int fd, const std::string& path, struct stat& status)
 
 }  // namespace
 
+Result<Descriptor> open_folder_below(const BaseFolder& folder, const std::string& name) {
+  return opened_below(folder, name, kFolderToRead);
+}
+
 Result<WholeFile> WholeFile::open(const std::string& path) {
   const Descriptor file(::open(path.c_str(), kToRead));
   return file ? read(file.get(), path, std::numeric_limits<std::uint64_t>::max()) : failed(path);
 }
 
-Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::string& name, std::uint64_t most) {
-  const auto file = opened_below(folder, name);
-  return file ? read(file->get(), folder + "/" + name, most) : file.error();
+Result<WholeFile> WholeFile::open_below(const BaseFolder& folder, const std::string& name, std::uint64_t most) {
+  const auto file = opened_below(folder, name, kToRead);
+  return file ? read(file->get(), folder.path + "/" + name, most) : file.error();
 }
 
-Result<Done> WholeFile::check_below(const std::string& folder, const std::string& name) {
-  const auto file = opened_below(folder, name);
+Result<std::uint64_t> WholeFile::size_below(const BaseFolder& folder, const std::string& name) {
+  const auto file = opened_below(folder, name, kToRead);
   if (!file) return file.error();
   struct stat status {};
-  return check_regular(file->get(), folder + "/" + name, status);
+  if (auto ok = check_regular(file->get(), folder.path + "/" + name, status); !ok) return ok.error();
+  return static_cast<std::uint64_t>(status.st_size);
 }
 
 Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {

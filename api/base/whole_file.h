@@ -7,9 +7,19 @@
 #include <span>
 #include <string>
 
+#include "api/base/descriptor.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
+
+// A folder that files are opened below.
+struct BaseFolder {
+  std::string path;                                  // in messages
+  std::shared_ptr<const Descriptor> held = nullptr;  // the folder, wherever the path leads by now; null: by the path
+};
+
+// Opens the folder `name`, which is as for WholeFile::open_below(); empty: the folder itself. Follows no symbolic link.
+Result<Descriptor> open_folder_below(const BaseFolder& folder, const std::string& name);
 
 // The content of a regular file. A directory, pipe or device is refused, since it has no size to check. The file is
 // not mapped, because shortening a mapped file would end the process. A file whose size changes while it is read is
@@ -19,11 +29,11 @@ class WholeFile {
   static Result<WholeFile> open(const std::string& path);
 
   // Opens the file at the relative path `name` of plain components (api/formats/file/file_path.h) in `folder` or below.
-  // Refuses symbolic links below the folder, and more than `most` bytes. The path of the folder itself may have
+  // Refuses symbolic links below the folder, '..', and more than `most` bytes. The path of the folder itself may have
   // links.
-  static Result<WholeFile> open_below(const std::string& folder, const std::string& name, std::uint64_t most);
-  // Checks that there is a regular file which open_below() would open, and reads nothing.
-  static Result<Done> check_below(const std::string& folder, const std::string& name);
+  static Result<WholeFile> open_below(const BaseFolder& folder, const std::string& name, std::uint64_t most);
+  // Returns the size of a regular file which open_below() would open, and reads nothing.
+  static Result<std::uint64_t> size_below(const BaseFolder& folder, const std::string& name);
 
   std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
 

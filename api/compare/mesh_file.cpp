@@ -1,5 +1,7 @@
 #include "api/compare/mesh_file.h"
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <new>
 #include <utility>
@@ -29,14 +31,15 @@ Error too_large(const std::string& path, const std::string& what) {
 }
 
 Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names,
-                       const std::string& folder, const std::string& before) {
+                       const BaseFolder& folder, const std::string& before, std::uint64_t most) {
   if (names.size() > kMostBundleFiles) {
     return named_by(
         path, {ErrorCode::too_large,
                "it names " + std::to_string(names.size()) + " files (limit " + std::to_string(kMostBundleFiles) + ")",
                "", ""});
   }
-  std::uint64_t left = kMostBundleBytes - BundleWriter::bytes_for_end();
+  const std::uint64_t all = std::min(kMostBundleBytes, most);
+  std::uint64_t left = all - std::min(all, BundleWriter::bytes_for_end());
   Files files;
   const auto add = [&](const std::string& name, WholeFile file) {
     const std::uint64_t bytes = BundleWriter::bytes_for(name, file.bytes().size());
@@ -56,7 +59,8 @@ Result<Files> files_of(const std::string& path, WholeFile scene, const std::vect
     if (!file) return named_by(path, std::move(file).error());
     fits = add(name, std::move(*file));
   }
-  if (!fits) return too_large(path, "larger than 4 GiB");
+  const std::string limit = most < kMostBundleBytes ? std::to_string(most) + " bytes" : "4 GiB";
+  if (!fits) return too_large(path, "larger than " + limit);
   return files;
 }
 
@@ -90,13 +94,13 @@ Result<MeshFile> MeshFile::of_pipe(const std::string& name, std::span<const std:
                          "", ""});
 }
 
-Result<MeshFile> MeshFile::of_file(const std::string& path, WholeFile whole, const std::string& folder,
-                                   const std::string& before) {
+Result<MeshFile> MeshFile::of_file(const std::string& path, WholeFile whole, const BaseFolder& folder,
+                                   const std::string& before, std::uint64_t most) {
   const auto bytes = whole.bytes();
   if (!is_gltf_json(bytes)) return MeshFile(std::move(whole));
   const std::vector<std::string> names = files_named_by(bytes);
   if (names.empty()) return MeshFile(std::move(whole));
-  const auto files = files_of(path, std::move(whole), names, folder, before);
+  const auto files = files_of(path, std::move(whole), names, folder, before, most);
   if (!files) return files.error();
   return MeshFile(bundle_of(*files));
 }
@@ -108,18 +112,39 @@ Result<MeshFile> MeshFile::open(const std::string& path, const Pipes* pipes, con
   const std::string& place = copies && copy != copies->end() ? copy->second : path;
   auto whole = WholeFile::open(place);
   if (!whole) return named(std::move(whole).error(), place, path);
-  return of_file(path, std::move(*whole), folder_of(place).string(), "");
+  return of_file(path, std::move(*whole), {folder_of(place).string()}, "", std::numeric_limits<std::uint64_t>::max());
 } catch (const std::bad_alloc&) {
   return larger_than_memory(path);
+}
+
+Result<ByteBudget::Lease> MeshFile::lease(const Confines& confines, std::uint64_t bytes, const std::string& path) {
+  if (!confines.files) return ByteBudget::Lease();
+  auto taken = ByteBudget::take(confines.files, bytes);
+  if (taken) return taken;
+  return Error{ErrorCode::too_large,
+               "'" + path +
+                   "' does not fit into memory beside the other files that are read now: wait for an answer, then call "
+                   "again, or write a smaller file",
+               "", ""};
 }
 
 Result<MeshFile> MeshFile::open_within(const Confines& confines, const std::string& path) try {
   const auto place = confines.roots.find(path);
   if (!place) return place.error();
+  const auto size = WholeFile::size_below(place->folder, place->name);
+  if (!size) return size.error();
+  const auto of_file_itself = lease(confines, std::min(*size, confines.max_file_bytes), path);
+  if (!of_file_itself) return of_file_itself.error();
   auto whole = WholeFile::open_below(place->folder, place->name, confines.max_file_bytes);
   if (!whole) return std::move(whole).error();
   const std::string before = place->name.substr(0, place->name.rfind('/') + 1);  // empty without a folder
-  return of_file(path, std::move(*whole), place->folder, before);
+  auto file = of_file(path, std::move(*whole), place->folder, before, confines.max_file_bytes);
+  if (!file) return file;
+  const std::uint64_t bytes = file->bytes().size();
+  const auto of_others = lease(confines, bytes - std::min(bytes, *size), path);
+  if (!of_others) return of_others.error();
+  file->leases_ = {*of_file_itself, *of_others};
+  return file;
 } catch (const std::bad_alloc&) {
   return larger_than_memory(path);
 }

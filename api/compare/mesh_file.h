@@ -5,11 +5,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "api/base/byte_budget.h"
 #include "api/base/memory_file.h"
 #include "api/base/roots.h"
 #include "api/base/whole_file.h"
@@ -28,6 +31,8 @@ struct Confines {
   Roots roots;
   ReadLimits limits = kUntrustedLimits;
   std::uint64_t max_file_bytes = kUntrustedFileBytes;
+  // What all files that are held at the same time, or whose meshes are, may have together; null: any number of bytes.
+  std::shared_ptr<ByteBudget> files{};
 };
 
 // Paths of files that stand in place of others, by the names that those have in messages.
@@ -43,13 +48,17 @@ class MeshFile {
   static Result<MeshFile> open(const std::string& path, const Pipes* pipes = nullptr, const Copies* copies = nullptr);
 
   // As open(), of a file that the roots find (Roots::find). No symbolic link below a root is followed. Errors also:
-  // those of Roots::find(); too_large above max_file_bytes.
+  // those of Roots::find(); too_large above max_file_bytes, of a .gltf with the files that it names,
+  // and when the other files that are held leave no room.
   static Result<MeshFile> open_within(const Confines& confines, const std::string& path);
 
   std::span<const std::byte> bytes() const {
     if (!bundle_.empty()) return std::as_bytes(std::span(bundle_));
     return whole_ ? whole_->bytes() : piped_;
   }
+
+  // Keep them as long as what was made of the bytes.
+  const std::vector<ByteBudget::Lease>& leases() const { return leases_; }
 
   // For a service: the media type of the bytes, and the suffix to add to the file's name ("" or ".zip").
   std::string_view media_type() const { return bundle_.empty() ? "application/octet-stream" : "application/zip"; }
@@ -60,11 +69,16 @@ class MeshFile {
   explicit MeshFile(std::string bundle) : bundle_(std::move(bundle)) {}
   explicit MeshFile(std::span<const std::byte> piped) : piped_(piped) {}
 
-  // `path`: in messages. `folder`, `before`: where the files are that a .gltf names, folder/ + before + name.
-  static Result<MeshFile> of_file(const std::string& path, WholeFile whole, const std::string& folder,
-                                  const std::string& before);
+  // `path`: in messages. `folder`, `before`: where the files are that a .gltf names, folder/ + before + name. `most`:
+  // bytes of all of them.
+  static Result<MeshFile> of_file(const std::string& path, WholeFile whole, const BaseFolder& folder,
+                                  const std::string& before, std::uint64_t most);
   static Result<MeshFile> of_pipe(const std::string& name, std::span<const std::byte> bytes);
 
+  // Takes the bytes from the budget for files, if there is one. `path`: in the message.
+  static Result<ByteBudget::Lease> lease(const Confines& confines, std::uint64_t bytes, const std::string& path);
+
+  std::vector<ByteBudget::Lease> leases_;
   std::optional<WholeFile> whole_;
   std::string bundle_;  // empty: it is no bundle
   std::span<const std::byte> piped_;

@@ -26,10 +26,15 @@ bool is_missing(const std::error_code& failed) {
   return failed == std::errc::no_such_file_or_directory || failed == std::errc::not_a_directory;
 }
 
+fs::path held_path(const Descriptor& held) { return "/proc/self/fd/" + std::to_string(held.get()); }
+
 class Walk {
  public:
-  Walk(fs::path folder, std::string_view pattern, FolderLinks links)
-      : folder_(std::move(folder)), parts_(components(pattern)), links_(links) {
+  Walk(fs::path folder, std::string_view pattern, GlobConfines* confines)
+      : folder_(std::move(folder)),
+        parts_(components(pattern)),
+        confines_(confines),
+        entries_left_(confines ? confines->entries_left : own_entries_left_) {
     while (fixed_ + 1 < parts_.size() && !is_glob(parts_[fixed_])) ++fixed_;
     if (parts_.back() == "**") parts_.emplace_back("*");
   }
@@ -54,41 +59,53 @@ class Walk {
   }
 
   bool is_folder(const std::string& written) {
-    std::error_code failed;
-    const bool is = fs::is_directory(folder_ / written, failed);
+    std::error_code failed, none;
+    const fs::path place = (confines_ ? held_path(*confines_->folder.held) : folder_) / written;
+    const bool is = fs::is_directory(place, failed);
     stop_if(failed, folder_ / written);
-    return is && !is_refused(folder_ / written);
+    return is && !is_refused(fs::is_symlink(place, none), written);
   }
 
-  bool is_folder(const fs::directory_entry& entry) {
-    std::error_code failed;
+  bool is_folder(const fs::directory_entry& entry, const std::string& written) {
+    std::error_code failed, none;
     const bool is = entry.is_directory(failed);
-    stop_if(failed, entry.path());
-    return is && !is_refused(entry.path());
+    stop_if(failed, folder_ / written);
+    return is && !is_refused(entry.is_symlink(none), written);
   }
 
-  bool is_refused(const fs::path& folder) {
-    std::error_code none;
-    if (links_ == FolderLinks::followed || !fs::is_symlink(folder, none)) return false;
-    if (!error) error = refused("finds the symbolic link " + shown_path(folder) + ", which is not followed");
+  bool is_refused(bool is_link, const std::string& written) {
+    if (!confines_ || !is_link) return false;
+    if (!error) error = refused("finds the symbolic link " + shown_path(folder_ / written) + ", which is not followed");
     return true;
+  }
+
+  // Whether one more entry may be looked at; else that is the error.
+  bool count_entry() {
+    if (confines_ && confines_->interrupted()) {
+      error = refused("cannot be looked up: the time for it is over");
+    } else if (entries_left_ == 0) {
+      error = refused("looks at more than " + std::to_string(kMaxGlobEntries) + " files; name the folder more exactly");
+    } else {
+      --entries_left_;
+    }
+    return !error;
   }
 
   // Calls visit(entry, name) for each entry of a folder.
   template <class Visit>
   void each(const std::string& written, Visit visit) {
+    const auto folder = listed_folder(folder_, written, confines_);
+    if (!folder) {
+      error = refused("cannot be looked up: " + folder.error().message);
+      return;
+    }
     std::error_code failed;
-    const fs::path path = folder_ / written;
-    for (fs::directory_iterator it(path, failed), end; !failed && !error && it != end; it.increment(failed)) {
-      if (++looked_at_ > kMaxGlobEntries) {
-        error =
-            refused("looks at more than " + std::to_string(kMaxGlobEntries) + " files; name the folder more exactly");
-        return;
-      }
+    for (fs::directory_iterator it(folder->path, failed), end; !failed && !error && it != end; it.increment(failed)) {
+      if (!count_entry()) return;
       visit(*it, it->path().filename().string());
     }
-    if (failed && !is_missing(failed))
-      error = refused("finds the folder " + shown_path(path) + " unreadable: " + failed.message());
+    if (failed && (confines_ || !is_missing(failed)))
+      error = refused("finds the folder " + shown_path(folder_ / written) + " unreadable: " + failed.message());
   }
 
   void files(const std::string& written, const std::string& dir, const std::string& part) {
@@ -106,7 +123,8 @@ class Walk {
 
   void folders(const std::string& written, const std::string& dir, std::size_t i) {
     each(written, [&](const fs::directory_entry& entry, const std::string& name) {
-      if (matches_file(parts_[i], name) && is_folder(entry)) into(joined(written, name), joined(dir, name), i + 1);
+      const std::string path = joined(written, name);
+      if (matches_file(parts_[i], name) && is_folder(entry, path)) into(path, joined(dir, name), i + 1);
     });
   }
 
@@ -114,17 +132,18 @@ class Walk {
     into(written, dir, i + 1);
     each(written, [&](const fs::directory_entry& entry, const std::string& name) {
       std::error_code none;
-      const bool hidden = name.starts_with('.');
-      if (hidden || entry.is_symlink(none) || !is_folder(entry)) return;
-      below(joined(written, name), joined(dir, name), i);
+      const std::string path = joined(written, name);
+      if (name.starts_with('.') || entry.is_symlink(none) || !is_folder(entry, path)) return;
+      below(path, joined(dir, name), i);
     });
   }
 
   fs::path folder_;
   std::vector<std::string> parts_;
-  const FolderLinks links_;
+  GlobConfines* const confines_;
   std::size_t fixed_ = 0;  // components before the first wildcard
-  std::size_t looked_at_ = 0;
+  std::size_t own_entries_left_ = kMaxGlobEntries;
+  std::size_t& entries_left_;
 };
 
 }  // namespace
@@ -150,15 +169,23 @@ Result<Done> check_glob(std::string_view pattern) {
   return Done{};
 }
 
-Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern, FolderLinks links) {
+Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern, GlobConfines* confines) {
   const Utf8Locale utf8;
-  Walk walk(folder, pattern, links);
+  Walk walk(folder, pattern, confines);
   walk.into(pattern.starts_with('/') ? "/" : "", "", 0);
   if (walk.error) return *walk.error;
   std::ranges::sort(walk.found, {}, &Match::path);
   const auto repeated = std::ranges::unique(walk.found, {}, &Match::path);
   walk.found.erase(repeated.begin(), repeated.end());
   return std::move(walk.found);
+}
+
+Result<ListedFolder> listed_folder(const fs::path& folder, const std::string& written, const GlobConfines* confines) {
+  if (!confines) return ListedFolder{written.empty() ? folder : folder / written};
+  auto held = api::open_folder_below(confines->folder, written);
+  if (!held) return std::move(held).error();
+  const fs::path path = held_path(*held);
+  return ListedFolder{path, std::move(*held)};
 }
 
 Utf8Locale::Utf8Locale() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)) {

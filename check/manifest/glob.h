@@ -9,6 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "api/base/descriptor.h"
+#include "api/base/whole_file.h"
+#include "engine/control.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
@@ -24,8 +27,13 @@ bool matches(const std::string& pattern, const std::string& text);
 // Checks a pattern. The Error is the end of a sentence ("has a '[' that is not closed ...").
 Result<Done> check_glob(std::string_view pattern);
 
-// Symbolic links to folders. A glob that meets one that is refused is an error.
-enum class FolderLinks { followed, refused };
+// What the globs of a manifest may do for a client that is not trusted: they list folders below one that is held,
+// whatever is put in their places meanwhile. A glob that meets a symbolic link to a folder is an error.
+struct GlobConfines {
+  api::BaseFolder folder;                       // of the manifest, where patterns begin; held
+  Interrupted interrupted = never_interrupted;  // polled for each entry of a folder
+  std::size_t entries_left = kMaxGlobEntries;   // that all globs together may look at
+};
 
 struct Match {
   std::string path;  // as the pattern is written: relative to the folder, or absolute
@@ -37,9 +45,20 @@ struct Match {
 // does not match a leading dot. A link to a file is a file; ** does not follow links to folders, which may form a
 // circle. Errors: a folder that cannot be read, or a limit above. Precondition: check_glob() accepts the pattern.
 Result<std::vector<Match>> glob(const std::filesystem::path& folder, std::string_view pattern,
-                                FolderLinks links = FolderLinks::followed);
+                                GlobConfines* confines = nullptr);
 
 // The parts below are for what else looks files up by patterns.
+
+// A folder to list, by this path while it is held.
+struct ListedFolder {
+  std::filesystem::path path;
+  Descriptor held{};
+};
+
+// `written`: below `folder`, or absolute; empty: the folder itself. Errors: invalid_request where it is confined, and
+// no folder, or behind a symbolic link.
+Result<ListedFolder> listed_folder(const std::filesystem::path& folder, const std::string& written,
+                                   const GlobConfines* confines);
 
 // Makes fnmatch() in this thread treat characters as UTF-8 while it lives, whatever the process's locale.
 class Utf8Locale {

@@ -1,10 +1,12 @@
 #include "check/manifest/manifest.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <system_error>
 
+#include "api/base/descriptor.h"
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/base/text.h"
@@ -85,8 +87,7 @@ struct Lookup {
   Baselines baselines = Baselines::must_exist;
   const Selection& only;
   std::shared_ptr<const api::Confines> confines{};  // Gate::confines
-
-  FolderLinks links() const { return confines ? FolderLinks::refused : FolderLinks::followed; }
+  GlobConfines* globs = nullptr;                    // with them; null: without
 };
 
 // Expands the entries of a manifest to gates: looks up globs, fills in names, checks files.
@@ -163,7 +164,7 @@ class Expansion {
     const Written& candidate = entry.candidate;
     if (candidate.text.empty()) return {};
     if (!is_glob(candidate.text)) return {{candidate.text, ""}};
-    auto found = glob(root(), candidate.text, lookup_.links());
+    auto found = glob(root(), candidate.text, lookup_.globs);
     if (found && !found->empty()) return std::move(found).value();
     if (!lookup_.only.may_hold(filled(entry.name.text, {"*", "*", "*"}))) return {};
     mistakes_.add(candidate.place, subject_of(entry) + (found ? finds_nothing(candidate.text) : found.error().message));
@@ -188,7 +189,7 @@ class Expansion {
 
   void check_passed_over(const Found& found) {
     const Entry& entry = *found.entry;
-    PassedOverFiles over = passed_over(root(), entry.candidate.text, lookup_.links());
+    PassedOverFiles over = passed_over(root(), entry.candidate.text, lookup_.globs);
     std::erase_if(over.files, [&](const PassedOver& file) {
       const std::string name = fs::path(file.path).filename().string();
       NameParts parts = name_parts(name, "*");
@@ -204,14 +205,14 @@ class Expansion {
 
   void check_unmatched(const Entry& entry) {
     const std::string pattern = baseline_glob(entry.candidate.text, entry.baseline.text);
-    const auto found = glob(root(), pattern, lookup_.links());
+    const auto found = glob(root(), pattern, lookup_.globs);
     if (!found) {
       mistakes_.add(entry.baseline.place, "gate " + api::shown_text(entry.name.text) + ": the baseline " +
                                               api::shown_text(entry.baseline.text) + " " + found.error().message);
       return;
     }
     for (const Match& match : *found) check_unmatched(entry, match.path);
-    for (const PassedOver& file : passed_over(root(), pattern, lookup_.links()).files) {
+    for (const PassedOver& file : passed_over(root(), pattern, lookup_.globs).files) {
       if ((file.why & of_leading_dot) == 0 && !is_taken(file.path)) check_unmatched(entry, file.path);
     }
   }
@@ -242,12 +243,20 @@ class Expansion {
     return known->second / baseline.filename();
   }
 
-  std::string finds_nothing(const std::string& pattern) const {
+  // Whether there is a file of exactly this name.
+  bool is_file(const std::string& path) const {
     std::error_code none;
-    if (fs::exists(folder_ / pattern, none)) {
+    if (!lookup_.globs) return fs::exists(folder_ / path, none);
+    std::string name;
+    for (const std::string& part : components(path)) name = joined(name, part);
+    return api::WholeFile::size_below(lookup_.globs->folder, name).ok();
+  }
+
+  std::string finds_nothing(const std::string& pattern) const {
+    if (is_file(pattern)) {
       return "finds no file, though there is one of exactly this name: write '[[]' for a '[' in it";
     }
-    const PassedOverFiles over = passed_over(root(), pattern, lookup_.links());
+    const PassedOverFiles over = passed_over(root(), pattern, lookup_.globs);
     std::string near;
     for (const std::string& words : passed_over_in_words(pattern, over.files)) near += "; it " + words;
     if (const std::string hidden = hidden_in_words(pattern, over); !hidden.empty()) near += "; " + hidden;
@@ -300,9 +309,10 @@ class Expansion {
     if (!gate.confines) return true;
     std::error_code failed;
     const auto found = gate.confines->roots.find(fs::absolute(file, failed).string());
-    const auto ok = found ? api::WholeFile::check_below(found->folder, found->name) : Result<Done>(found.error());
-    if (!ok) add_defect(gate, place, what + " " + ok.error().message);
-    return ok.ok();
+    const auto size =
+        found ? api::WholeFile::size_below(found->folder, found->name) : Result<std::uint64_t>(found.error());
+    if (!size) add_defect(gate, place, what + " " + size.error().message);
+    return size.ok();
   }
 
   void check_candidate(const Entry& entry, Gate& gate) {
@@ -322,6 +332,7 @@ class Expansion {
                                               "is the candidate itself: the gate would always pass");
       return;
     }
+    if (gate.confines) return;  // it was opened, where it is confined
     const auto wrong = file_defect(gate.baseline);
     std::error_code none;
     const bool missing = !fs::exists(fs::symlink_status(gate.baseline, none));
@@ -383,6 +394,15 @@ Result<std::string> read_confined(const api::Roots::Place& place) {
   return std::string(api::as_text(file->bytes()));
 }
 
+Result<api::BaseFolder> held_folder(const api::Roots::Place& manifest) {
+  const std::size_t end = manifest.name.rfind('/');
+  const std::string name = end == std::string::npos ? "" : manifest.name.substr(0, end);
+  auto held = api::open_folder_below(manifest.folder, name);
+  if (!held) return std::move(held).error();
+  const std::string path = manifest.folder.path + (name.empty() ? "" : "/" + name);
+  return api::BaseFolder{path, std::make_shared<const Descriptor>(std::move(*held))};
+}
+
 Result<std::string> read_file(const std::filesystem::path& file) {
   std::error_code none;
   if (std::filesystem::is_directory(file, none)) return refused("is a folder: name the manifest in it");
@@ -436,14 +456,19 @@ std::vector<Mistake> defects_of(const Gates& read) {
 }
 
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines, const Selection& only) {
-  return gates_in(read_file(manifest), manifest, {baselines, only});
+  return gates_in(read_file(manifest), manifest, {baselines, only, nullptr, nullptr});
 }
 
 Gates gates_within(const std::shared_ptr<const api::Confines>& confines, const std::string& manifest,
-                   const Selection& only) {
+                   const Selection& only, const Interrupted& interrupted) {
   const auto place = confines->roots.find(manifest);
   const auto text = place ? read_confined(*place) : Result<std::string>(place.error());
-  return gates_in(text, place ? place->path() : manifest, {Baselines::must_exist, only, confines});
+  const auto folder = text ? held_folder(*place) : Result<api::BaseFolder>(text.error());
+  GlobConfines globs{folder ? *folder : api::BaseFolder{}, interrupted};
+  Gates read = gates_in(folder ? text : Result<std::string>(folder.error()), place ? place->path() : manifest,
+                        {Baselines::must_exist, only, confines, &globs});
+  if (interrupted()) read.mistakes.push_back({0, 0, "the time was over before all files of the manifest were found"});
+  return read;
 }
 
 }  // namespace meshgauge::check

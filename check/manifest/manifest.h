@@ -11,6 +11,7 @@
 
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
+#include "engine/control.h"
 
 namespace meshgauge::check {
 
@@ -56,9 +57,10 @@ Gates gates_of(const std::filesystem::path& manifest, Baselines baselines = Base
 
 // As gates_of(), for a client that is not trusted: finds the manifest by the roots (Roots::find), reads and lists
 // nothing outside of them, and follows no symbolic link below them. Absolute paths in the manifest and '..' are
-// mistakes. The gates have these confines.
+// mistakes. The gates have these confines. kMaxGlobEntries is for all globs together. When `interrupted` says so, globs
+// end, which is a mistake.
 Gates gates_within(const std::shared_ptr<const api::Confines>& confines, const std::string& manifest,
-                   const Selection& only = {});
+                   const Selection& only = {}, const Interrupted& interrupted = never_interrupted);
 
 // Returns a glob of every baseline that candidates of the glob `candidate` could have by the template `baseline`: for
 // "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". It may match more files, never fewer. It

@@ -27,8 +27,11 @@ std::string with_slashes(std::string_view pattern) {
 
 class Look {
  public:
-  Look(fs::path folder, const std::string& pattern, FolderLinks links)
-      : folder_(std::move(folder)), parts_(components(pattern)), links_(links) {
+  Look(fs::path folder, const std::string& pattern, GlobConfines* confines)
+      : folder_(std::move(folder)),
+        parts_(components(pattern)),
+        confines_(confines),
+        entries_left_(confines ? confines->entries_left : own_entries_left_) {
     if (pattern.starts_with('/')) {
       while (fixed_ + 1 < parts_.size() && !is_glob(parts_[fixed_])) ++fixed_;
     }
@@ -55,18 +58,24 @@ class Look {
  private:
   bool is_folder(const fs::directory_entry& entry) const {
     std::error_code none;
-    return entry.is_directory(none) && (links_ == FolderLinks::followed || !entry.is_symlink(none));
+    return entry.is_directory(none) && (!confines_ || !entry.is_symlink(none));
   }
 
   template <class Visit>
   void each(const std::string& written, Visit visit) {
+    const auto folder = listed_folder(folder_, written, confines_);
+    if (!folder) return;
     std::error_code failed;
-    const fs::path path = written.empty() ? folder_ : folder_ / written;
-    for (fs::directory_iterator it(path, failed), end; !failed && found.all && it != end; it.increment(failed)) {
-      if (++looked_at_ > kMaxGlobEntries || found.files.size() >= kMaxGlobMatches) found.all = false;
+    for (fs::directory_iterator it(folder->path, failed), end; !failed && found.all && it != end;
+         it.increment(failed)) {
+      const bool is_over = confines_ && confines_->interrupted();
+      if (is_over || entries_left_ == 0 || found.files.size() >= kMaxGlobMatches) found.all = false;
+      count(1);
       visit(*it, it->path().filename().string());
     }
   }
+
+  void count(std::size_t entries) { entries_left_ -= std::min(entries_left_, entries); }
 
   void below(const std::string& written, std::size_t i, unsigned why) {
     into(written, i + 1, why);
@@ -91,16 +100,17 @@ class Look {
     if (name.find('\\') == std::string::npos) return;
     std::ranges::replace(name, '\\', '/');
     const std::vector<std::string> names = components(name);
-    looked_at_ += names.size() * (parts_.size() - i);
+    count(names.size() * (parts_.size() - i));
     if (const auto more = differences(std::span(parts_).subspan(i), names))
       add(entry, path, why | *more | of_backslashes);
   }
 
   fs::path folder_;
   std::vector<std::string> parts_;
-  const FolderLinks links_;
+  GlobConfines* const confines_;
   std::size_t fixed_ = 0;  // components of an absolute pattern whose other spellings are of no interest
-  std::size_t looked_at_ = 0;
+  std::size_t own_entries_left_ = kMaxGlobEntries;
+  std::size_t& entries_left_;
 };
 
 std::string list_of(const std::vector<std::string>& paths) {
@@ -135,10 +145,10 @@ std::string of_backslash(std::string_view pattern, const std::vector<std::string
 
 }  // namespace
 
-PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern, FolderLinks links) {
+PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern, GlobConfines* confines) {
   const Utf8Locale utf8;
   const std::string meant = with_slashes(pattern);
-  Look look(folder, meant, links);
+  Look look(folder, meant, confines);
   look.into(pattern.starts_with('/') ? "/" : "", 0, meant == pattern ? 0U : unsigned{of_backslashes});
   std::vector<PassedOver>& files = look.found.files;
   std::ranges::sort(files,

@@ -17,13 +17,13 @@ struct PassedOver {
 
 struct PassedOverFiles {
   std::vector<PassedOver> files;  // in the order of their names; of a leading dot alone meshes by name
-  bool all = true;                // false: more than kMaxGlobEntries were looked at, or kMaxGlobMatches found
+  bool all = true;                // false: kMaxGlobEntries or kMaxGlobMatches were passed, or it was interrupted
 };
 
 // Looks where glob() looks, and into folders whose names differ from the pattern in the same ways. What cannot be read
 // is left out. Precondition: check_glob() accepts the pattern.
 PassedOverFiles passed_over(const std::filesystem::path& folder, std::string_view pattern,
-                            FolderLinks links = FolderLinks::followed);
+                            GlobConfines* confines = nullptr);
 
 // Returns "passes over 'parts/X.STL', which it misses only by upper and lower case: ...", with what to do; for each
 // kind of difference one. Files are named up to a few. Leading dots are left out.

@@ -24,7 +24,8 @@ class Local final : public Measurer {
       : meshes_(std::move(meshes)),
         at_once_(static_cast<unsigned>(
             std::clamp<std::size_t>(gates, 1, std::max(1U, options.jobs ? options.jobs : options.processors)))),
-        processors_(std::max(1U, options.processors), at_once_, gates) {}
+        most_threads_(std::max(1U, options.processors)),
+        processors_(most_threads_, at_once_, gates) {}
 
   unsigned at_once() const override { return at_once_; }
 
@@ -36,7 +37,7 @@ class Local final : public Measurer {
   // A running gate's threads and meshes.
   struct Seat {
     Seat(Local& its_owner, const Gate& its_gate, Control& its_control)
-        : owner(its_owner), gate(its_gate), control(its_control), threads(owner.processors_.take(wanted(gate))) {}
+        : owner(its_owner), gate(its_gate), control(its_control), threads(owner.processors_.take(owner.wanted(gate))) {}
     // After Ctrl-C the meshes stay in memory: freeing a million triangles would delay the end.
     ~Seat() {
       owner.processors_.give_back(threads);
@@ -51,10 +52,11 @@ class Local final : public Measurer {
     const unsigned threads;
   };
 
-  // Only `automatic` uses more than one thread.
-  static unsigned wanted(const Gate& gate) {
+  // Only `automatic` uses more than one thread. A manifest that is not trusted gets no more than there are.
+  unsigned wanted(const Gate& gate) const {
     if (gate.request.options.strategy != Strategy::automatic) return 1;
-    return gate.request.threads_given ? gate.request.options.threads : 0;
+    const unsigned asked = gate.request.threads_given ? gate.request.options.threads : 0;
+    return gate.confines ? std::min(asked, most_threads_) : asked;
   }
 
   Result<Measured> measured(const Gate& gate, Control& control) {
@@ -87,6 +89,7 @@ class Local final : public Measurer {
 
   const std::shared_ptr<Meshes> meshes_;
   const unsigned at_once_;
+  const unsigned most_threads_;
   Processors processors_;
 };
 

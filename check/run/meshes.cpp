@@ -1,11 +1,15 @@
 #include "check/run/meshes.h"
 
+#include <atomic>
 #include <chrono>
+#include <memory>
 #include <new>
 #include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "api/base/byte_budget.h"
 #include "api/compare/load.h"
 #include "api/compare/mesh_file.h"
 #include "api/formats/detect.h"
@@ -31,18 +35,29 @@ struct Sources {
   std::shared_ptr<const api::Confines> confines;
 };
 
+// Arrays of a mesh, and what its file takes of a budget as long as they are there.
+struct Kept {
+  std::shared_ptr<const void> arrays;
+  std::vector<api::ByteBudget::Lease> leases;
+};
+
 Result<api::MeshFile> opened(const std::string& name, const Sources& sources) {
   if (!sources.confines) return api::MeshFile::open(name, sources.pipes.get(), sources.copies.get());
   std::error_code failed;
   return api::MeshFile::open_within(*sources.confines, std::filesystem::absolute(name, failed).string());
 }
 
-Result<api::SharedMesh> read(const std::string& name, const Sources& sources, Prepared::Use use) try {
+Result<api::SharedMesh> read(const std::string& name, const Sources& sources, Prepared::Use use,
+                             const std::atomic<bool>& stopped) try {
+  const auto cancelled = [&] { return api::not_in_time(Interruption::cancelled, "'" + name + "' was read"); };
+  if (stopped) return cancelled();
   const auto file = opened(name, sources);
   if (!file) return file.error();
+  if (stopped) return cancelled();
   const api::ReadLimits limits = sources.confines ? sources.confines->limits : api::ReadLimits{};
   auto loaded = api::load({name, file->bytes(), name, ""}, limits);
   if (!loaded) return std::move(loaded).error();
+  loaded->arrays = std::make_shared<const Kept>(Kept{std::move(loaded->arrays), file->leases()});
   return std::make_shared<const api::PreparedMesh>(std::move(*loaded), file->bytes().size(), use);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::internal, "not enough memory to read '" + name + "'", "", ""};
@@ -73,16 +88,16 @@ Meshes::File Meshes::begun(const std::filesystem::path& file) {
   Entry& entry = *of_file_.at(file);
   if (entry.file.valid()) return entry.file;
   auto reading = std::make_shared<std::packaged_task<Result<api::SharedMesh>()>>(
-      [name = file.string(), sources = Sources{entry.pipes, entry.copies, entry.confines}, use = entry.use] {
-        return read(name, sources, use);
-      });
+      [name = file.string(), sources = Sources{entry.pipes, entry.copies, entry.confines}, use = entry.use,
+       readers = readers_] { return read(name, sources, use, readers->stopped); });
   entry.file = reading->get_future().share();
   const auto work = [reading = std::move(reading), readers = readers_]() mutable {
     (*reading)();
     reading.reset();  // frees the mesh here if no thread waits for it
-    --*readers;
+    --readers->running;
+    readers->running.notify_all();
   };
-  ++*readers_;
+  ++readers_->running;
   try {
     std::thread(work).detach();
   } catch (const std::system_error&) {  // no thread to be had: read here; a waiting thread cannot give up then
@@ -100,6 +115,11 @@ Result<api::SharedMesh> Meshes::get(const std::filesystem::path& file, Control& 
     }
   }
   return reading.get();
+}
+
+void Meshes::stop() {
+  readers_->stopped = true;
+  for (int running = readers_->running; running > 0; running = readers_->running) readers_->running.wait(running);
 }
 
 void Meshes::done(const Gate& gate) noexcept {

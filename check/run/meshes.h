@@ -19,7 +19,7 @@
 namespace meshgauge::check {
 
 // Thread safe. Each file is read by a thread of its own that may outlive this object and even main(), because readers
-// cannot be cancelled. The process should end by _Exit() while reading() is true.
+// cannot be cancelled. The process should end by _Exit() while reading() is true, or stop() be called before.
 class Meshes {
  public:
   // `gates`: all that will come. done() is called `turns` times for each.
@@ -32,7 +32,10 @@ class Meshes {
   // the file is of a gate that is not done.
   Result<api::SharedMesh> get(const std::filesystem::path& file, Control& control);
 
-  bool reading() const { return *readers_ > 0; }
+  bool reading() const { return readers_->running > 0; }
+
+  // Waits until nothing is read. Files that are not in memory yet are cancelled, where a reader can stop.
+  void stop();
 
   void done(const Gate& gate) noexcept;
 
@@ -50,10 +53,15 @@ class Meshes {
     File file;                                      // not valid: not requested yet
   };
 
+  // Shared with readers that outlive this object.
+  struct Readers {
+    std::atomic<int> running{0};
+    std::atomic<bool> stopped{false};
+  };
+
   File begun(const std::filesystem::path& file);
 
-  // shared with readers that outlive this object
-  const std::shared_ptr<std::atomic<int>> readers_ = std::make_shared<std::atomic<int>>(0);
+  const std::shared_ptr<Readers> readers_ = std::make_shared<Readers>();
   std::mutex mutex_;  // guards the members below
   std::map<std::string, Entry> entries_;
   // The file of each path when the run began: links may change and files may be removed meanwhile.

@@ -1,11 +1,13 @@
 #include "cli/mcp/calls.h"
 
+#include <algorithm>
+#include <exception>
 #include <system_error>
 #include <utility>
 
 namespace meshgauge::mcp {
 
-Calls::Calls(unsigned threads, const Most& most) : most_(most) {
+Calls::Calls(unsigned threads, const Most& most, Send send) : most_(most), send_(std::move(send)) {
   try {
     while (threads_.size() < threads) threads_.emplace_back([this] { serve(); });
   } catch (const std::system_error&) {  // as many as there are
@@ -46,9 +48,16 @@ Calls::Begun Calls::begin(const std::string& id, std::size_t bytes, Work work) {
 }
 
 void Calls::cancel(const std::string& id) {
+  std::shared_ptr<Call> waiting;  // freed after the lock is released
   const std::lock_guard lock(mutex_);
-  const auto call = calls_.find(id);
-  if (call != calls_.end()) call->second->control.cancel();
+  const auto found = calls_.find(id);
+  if (found == calls_.end()) return;
+  found->second->control.cancel();
+  const auto place = std::ranges::find(waiting_, found->second);
+  if (place == waiting_.end()) return;
+  waiting = std::move(*place);
+  waiting_.erase(place);
+  release(*waiting);
 }
 
 std::size_t Calls::running() const {
@@ -84,13 +93,28 @@ void Calls::serve() {
 }
 
 void Calls::run(Call& call) {
-  if (!call.control.cancelled()) call.work(call.control);
-  call.work = nullptr;  // what it holds is freed before the next message is taken
+  try {
+    std::string answer = call.control.cancelled() ? std::string() : call.work(call.control);
+    call.work = nullptr;  // what it holds is freed before the next message is taken
+    std::unique_lock lock(mutex_);
+    release(call);
+    const bool is_wanted = !answer.empty() && !call.control.cancelled();
+    lock.unlock();
+    if (is_wanted) send_(std::move(answer));
+  } catch (const std::exception&) {  // there is no memory even to say so
+  }
+  call.work = nullptr;
   const std::lock_guard lock(mutex_);
+  release(call);
   --running_;
-  bytes_ -= call.bytes;
-  calls_.erase(call.id);
   changed_.notify_all();
+}
+
+void Calls::release(const Call& call) {
+  const auto found = calls_.find(call.id);
+  if (found == calls_.end() || found->second.get() != &call) return;  // it is released already
+  bytes_ -= call.bytes;
+  calls_.erase(found);
 }
 
 }  // namespace meshgauge::mcp

@@ -20,8 +20,10 @@ namespace meshgauge::mcp {
 // begin(), end() and the destructor belong to one thread, cancel() and running() to any.
 class Calls {
  public:
-  // Must not throw. `control` is cancelled by cancel() and end().
-  using Work = std::function<void(Control& control)>;
+  // Returns the answer; empty: there is none. `control` is cancelled by cancel() and end(). What throws has no answer.
+  using Work = std::function<std::string(Control& control)>;
+  // Takes the answer of a call that was not cancelled, when its id is free. Called on any thread.
+  using Send = std::function<void(std::string answer)>;
 
   struct Most {
     std::size_t calls = 256;
@@ -29,7 +31,7 @@ class Calls {
   };
 
   // Without threads, or when the system refuses them, begin() itself runs a call.
-  Calls(unsigned threads, const Most& most);
+  Calls(unsigned threads, const Most& most, Send send);
   Calls(const Calls&) = delete;
   Calls& operator=(const Calls&) = delete;
   ~Calls();  // cancels all calls, and waits for those that run
@@ -38,7 +40,8 @@ class Calls {
 
   // `bytes`: of the message. too_many: the work was not taken.
   Begun begin(const std::string& id, std::size_t bytes, Work work);
-  void cancel(const std::string& id);  // does nothing when there is no such call
+  // A call that waits is gone then; one that runs is when it has ended. Does nothing when there is no such call.
+  void cancel(const std::string& id);
   std::size_t running() const;
 
   // Cancels all calls; those that wait do not begin. Returns whether all have ended within `patience`; a call that
@@ -54,10 +57,12 @@ class Calls {
   };
 
   void serve();
-  void run(Call& call);  // counts in running_ already
-  void stop();           // precondition: mutex_ is held
+  void run(Call& call);            // counts in running_ already
+  void release(const Call& call);  // precondition of this and the next: mutex_ is held
+  void stop();
 
   const Most most_;
+  const Send send_;
   mutable std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   std::map<std::string, std::shared_ptr<Call>> calls_;  // that wait or run, by id

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,7 @@ constexpr const char* kUsualManifest = "gates.yaml";
 constexpr std::size_t kMostLines = 20;           // of gates in words: of more those alone that do not pass
 constexpr std::size_t kMostPatterns = 64;        // of `only`
 constexpr std::size_t kMostGateBytes = 1 << 20;  // of all gates: a client takes an answer of 10 MB at most
+constexpr std::size_t kMostTextBytes = 1 << 16;  // of the same in words
 
 struct AskedGates {
   std::string manifest = kUsualManifest;
@@ -92,6 +94,15 @@ void keep_only(const std::vector<std::string>& only, check::Gates& read) {
   std::erase_if(read.gates, [&](const check::Gate& gate) { return !all.holds(gate.name); });
 }
 
+// Leaves out lines of a long text before its last one, which has the counts of a table.
+std::string shortened(const std::string& text) {
+  if (text.size() <= kMostTextBytes) return text;
+  const std::size_t last = text.rfind('\n', text.size() - 2) + 1;  // 0: there is one line
+  const std::size_t end = std::min(last, text.rfind('\n', kMostTextBytes - 1) + 1);
+  const auto lines = std::ranges::count(std::string_view(text).substr(end, last - end), '\n');
+  return text.substr(0, end) + "(" + std::to_string(lines) + " lines are left out)\n" + text.substr(last);
+}
+
 ToolAnswer failure_of(const std::string& manifest, const std::vector<check::Mistake>& mistakes) {
   std::string text;
   for (const check::Mistake& mistake : mistakes) {
@@ -99,11 +110,19 @@ ToolAnswer failure_of(const std::string& manifest, const std::vector<check::Mist
     text += (text.empty() ? "" : "\n") +
             check::shown_name(has_place ? check::to_string(manifest, mistake) : mistake.message);
   }
-  return {std::move(text), nullptr, {}};
+  return {shortened(text), nullptr, {}};
 }
+
+// A call has its place until its files are read, also when it is cancelled or their time is over: else readers that
+// are not counted would add up.
+struct UntilRead {
+  ~UntilRead() { meshes.stop(); }
+  check::Meshes& meshes;
+};
 
 check::Report report_of(const std::vector<check::Gate>& gates, ToolCall& call) {
   const auto meshes = std::make_shared<check::Meshes>(gates);
+  const UntilRead until_read{*meshes};
   const auto measurer = check::local(gates, meshes, {call.threads, 0});
   check::Watch watch;
   watch.interrupted = [&] { return call.control.cancelled(); };
@@ -153,14 +172,16 @@ Json found_in(const check::Report& report, bool comparisons) {
 std::string gates_in_words(const check::Report& report) {
   const bool is_long = report.outcomes.size() > kMostLines;
   const std::string table = check::to_table(report, {false, is_long, 0});
-  return table.empty() ? "all " + std::to_string(report.outcomes.size()) + " gates pass\n" : table;
+  return table.empty() ? "all " + std::to_string(report.outcomes.size()) + " gates pass\n" : shortened(table);
 }
 
 ToolAnswer run_gates(const Context& context, ToolCall& call) {
   std::vector<api::RequestMistake> mistakes;
   const AskedGates asked = read_gates(call.arguments, mistakes);
   if (!mistakes.empty()) return failure(mistakes);
-  check::Gates read = check::gates_within(context.confines, asked.manifest, check::Selection(asked.only));
+  call.control.set_deadline(Control::Clock::now() + context.times.max_timeout);  // each gate has a time of its own
+  check::Gates read = check::gates_within(context.confines, asked.manifest, check::Selection(asked.only),
+                                          [&] { return call.control.check() != Interruption::none; });
   if (read.mistakes.empty()) keep_only(asked.only, read);
   if (!read.mistakes.empty()) return failure_of(asked.manifest, read.mistakes);
   const check::Report report = report_of(read.gates, call);

@@ -111,26 +111,49 @@ Asked read_asked(const Context& context, ToolCall& call, std::vector<api::Reques
 
 // --- what was found ---------------------------------------------------------------------------------------------
 
-// Without limits the criteria are empty, and pictures show distances up to the largest one.
-Result<check::GateOutcome> outcome_of(const api::Comparison& comparison, const Json& document,
-                                      const api::Request& request) {
+// An outcome, and what is said of the whole distance: where there are regions, the outcome's distance is the rest's.
+struct Judged {
   check::GateOutcome outcome;
+  std::optional<api::ResultWitness> farthest;            // two points whose distance is the lower bound
+  std::string marked{"the point that is farthest off"};  // what Measured::witness is, which pictures have a mark on
+  bool is_shown_against_limit = false;                   // the colours of pictures
+};
+
+// Without a place of a criterion, the mark is on the point that is farthest off.
+void choose_mark(const api::ResultFacts& whole, check::Measured& measured, Judged& judged) {
+  const bool passes = measured.verdict == check::Verdict::pass;
+  const api::Criterion* const place = passes ? nullptr : api::foremost_place(measured.criteria);
+  if (!place || !place->at->nearest) {
+    measured.witness = whole.witness;
+    measured.reached = whole.lower;
+  } else if (place->name != "distance") {
+    judged.marked = "the point to look at of '" + place->name + "'";
+  }
+}
+
+// Without limits the criteria are empty. Without a limit to show pictures show distances up to the largest one.
+Result<Judged> judged_of(const api::Comparison& comparison, const Json& document, const api::Request& request) {
+  const auto whole = api::result_facts(document, api::Side::a);
+  if (!whole) return whole.error();
+  Judged judged;
+  judged.farthest = whole->witness;
+  check::GateOutcome& outcome = judged.outcome;
   outcome.gate.name = "comparison";
   outcome.gate.request = request;
   outcome.expectations = api::expectations_of(comparison);
-  if (has_limit(request.options)) {
-    auto measured = check::measured_from(document, outcome.gate);
-    if (!measured) return measured.error();
-    outcome.measured = std::move(*measured);
-    return outcome;
-  }
-  const auto facts = api::result_facts(document, api::Side::a);
-  if (!facts) return facts.error();
   check::Measured& measured = outcome.measured.emplace();
-  static_cast<api::ResultFacts&>(measured) = *facts;
-  measured.limit = api::DistanceLimit{std::isfinite(facts->upper) ? facts->upper : facts->lower};
-  measured.document = document;
-  return outcome;
+  if (has_limit(request.options)) {
+    auto limited = check::measured_from(document, outcome.gate);
+    if (!limited) return limited.error();
+    measured = std::move(*limited);
+    choose_mark(*whole, measured, judged);
+  } else {
+    static_cast<api::ResultFacts&>(measured) = *whole;
+    measured.document = document;
+  }
+  judged.is_shown_against_limit = measured.limit.has_value();
+  if (!measured.limit) measured.limit = api::DistanceLimit{std::isfinite(whole->upper) ? whole->upper : whole->lower};
+  return judged;
 }
 
 Json witness_json(const std::optional<api::ResultWitness>& witness) {
@@ -142,7 +165,7 @@ Json witness_json(const std::optional<api::ResultWitness>& witness) {
           {"nearest_triangle", witness->to_triangle}};
 }
 
-Json found_of(const Json& document, const check::Measured& measured) {
+Json found_of(const Json& document, const Judged& judged) {
   Json found = Json::object();
   for (const char* member : kKept) {
     const auto there = document.find(member);
@@ -150,7 +173,7 @@ Json found_of(const Json& document, const check::Measured& measured) {
     found[member] = *there;
   }
   put_first(found["criteria"], document.at("foremost"));
-  found["witness"] = witness_json(measured.witness);
+  found["witness"] = witness_json(judged.farthest);
   return found;
 }
 
@@ -174,7 +197,16 @@ void add_unread(std::string& text, const char* mesh, const api::MeshFacts& facts
   }
 }
 
-std::string sentences_of(const api::Comparison& comparison, const check::GateOutcome& outcome, const Json& document) {
+// What to do. A gate says that it may be changed, and a call has no gate.
+std::string what_to_do(const check::GateOutcome& outcome) {
+  if (!has_limit(outcome.gate.request.options)) return "";
+  const bool is_of_expectation = outcome.measured->verdict != check::Verdict::fail;
+  if (outcome.verdict() == check::Verdict::fail && is_of_expectation)
+    return "Repair mesh a, or change what is expected of it.";
+  return outcome.advice();
+}
+
+std::string sentences_of(const api::Comparison& comparison, const Judged& judged, const Json& document) {
   const std::string unit(api::to_string(comparison.units.result.unit));
   std::string text;
   for (const api::Criterion& one : api::foremost_first(api::criteria_of(comparison)))
@@ -183,13 +215,10 @@ std::string sentences_of(const api::Comparison& comparison, const check::GateOut
       api::to_text(comparison.outcome.lower, comparison.outcome.upper, std::numeric_limits<double>::infinity());
   add_line(text, "the distance (" + document.at("direction").get<std::string>() + ") is from " + figures.lower +
                      " to " + api::with_unit(figures.upper, unit));
-  const bool is_limited = has_limit(outcome.gate.request.options);
-  const std::string advice = is_limited ? outcome.advice() : "";
-  if (!advice.empty()) {
-    add_line(text, advice);
-  } else if (outcome.measured->witness) {
-    add_line(text, place_in_words(*outcome.measured->witness, unit));
-  }
+  const std::string advice = what_to_do(judged.outcome);
+  if (!advice.empty()) add_line(text, advice);
+  if (judged.farthest && advice.find(api::in_words(judged.farthest->from)) == std::string::npos)
+    add_line(text, place_in_words(*judged.farthest, unit));
   for (const Json& note : document.at("notes")) add_line(text, "note: " + note.get<std::string>());
   add_unread(text, "a", comparison.a);
   add_unread(text, "b", comparison.b);
@@ -216,16 +245,17 @@ Result<std::vector<std::byte>> picture_of(const check::GateOutcome& outcome, con
 }
 
 // Has a time of its own, since that of the measurement may be over.
-void add_picture(const Context& context, const check::GateOutcome& outcome, const api::SharedMeshes& meshes,
-                 ToolCall& call, ToolAnswer& answer) {
+void add_picture(const Context& context, const Judged& judged, const api::SharedMeshes& meshes, ToolCall& call,
+                 ToolAnswer& answer) {
   call.control.exchange_callback(nullptr);
   call.control.set_deadline(Control::Clock::now() + context.times.default_timeout);
-  auto picture = picture_of(outcome, meshes, call);
+  auto picture = picture_of(judged.outcome, meshes, call);
   if (!picture) return add_line(answer.text, "there is no picture: " + picture.error().message);
   add_line(answer.text,
-           "the picture shows mesh b (before), mesh a (after), and both coloured by their distance (difference); dark "
-           "red is beyond the limit" +
-               std::string(outcome.measured->witness ? ", the mark is on the point that is farthest off" : ""));
+           std::string("the picture shows mesh b (before), mesh a (after), and both coloured by their distance "
+                       "(difference); ") +
+               (judged.is_shown_against_limit ? "dark red is beyond the limit" : "red is the largest distance") +
+               (judged.outcome.measured->witness ? ", the mark is on " + judged.marked : ""));
   answer.png = std::move(*picture);
 }
 
@@ -263,10 +293,10 @@ ToolAnswer run_compare(const Context& context, ToolCall& call) {
   const auto comparison = compared(context, a->input(), b->input(), asked.request, call, meshes);
   if (!comparison) return failure(comparison.error());
   const Json document = api::document_of(*comparison);
-  const auto outcome = outcome_of(*comparison, document, asked.request);
-  if (!outcome) return failure(outcome.error());
-  ToolAnswer answer{sentences_of(*comparison, *outcome, document), found_of(document, *outcome->measured), {}};
-  if (wants_picture(asked, document)) add_picture(context, *outcome, meshes, call, answer);
+  const auto judged = judged_of(*comparison, document, asked.request);
+  if (!judged) return failure(judged.error());
+  ToolAnswer answer{sentences_of(*comparison, *judged, document), found_of(document, *judged), {}};
+  if (wants_picture(asked, document)) add_picture(context, *judged, meshes, call, answer);
   return answer;
 }
 

@@ -44,9 +44,9 @@ Json inspect_output() {
   found["bbox"] = schema_of("object", "The box along the axes: its corners low and high");
   found["diagonal"] = schema_of("number", "The length of the box's diagonal");
   found["area"] = schema_of({"number", "null"}, "The area of the surface, rounded; null: too large for a number");
-  found["topology"] = schema_of("object",
-                                "watertight, oriented, components, open edges and others; volume: certified "
-                                "bounds, null where the mesh is not watertight and oriented");
+  found["topology"] = schema_of({"object", "null"},
+                                "null: a point cloud; watertight, oriented, components, open edges and others; volume: "
+                                "certified bounds, null where the mesh is not watertight and oriented");
   found["groups"] = schema_of("array", "Names of groups, which may be regions of a comparison; at most 64 of them");
   found["notes"] = schema_of("array", "What was left out, merged or not read");
   schema["required"] = {"format", "unit", "vertices", "triangles", "bbox", "area", "topology", "notes"};
@@ -94,20 +94,26 @@ Json group_names(const api::Groups& groups) {
   return names;
 }
 
-std::string facts_in_words(const api::PreparedMesh& mesh, const std::string& name, const Topology& topology,
-                           const api::KnownUnit& known) {
+std::string topology_in_words(const Topology& topology, const std::string& unit) {
+  std::string text = std::string(topology.watertight() ? "watertight" : "not watertight") + ", " +
+                     (topology.oriented() ? "oriented" : "not oriented") +
+                     ", components: " + api::grouped(topology.components) +
+                     ", open edges: " + api::grouped(topology.open.count) +
+                     ", non-manifold edges: " + api::grouped(topology.non_manifold.count) + "\n";
+  if (!topology.volume) return text;
+  text += "volume: " + api::with_unit(api::to_digits(topology.volume->lower, 9), unit.empty() ? unit : unit + "^3");
+  return text + (topology.volume->upper < 0 ? ": its triangles face inwards\n" : "\n");
+}
+
+// `topology`: nullopt: a point cloud.
+std::string facts_in_words(const api::PreparedMesh& mesh, const std::string& name,
+                           const std::optional<Topology>& topology, const api::KnownUnit& known) {
   const api::MeshFacts& facts = mesh.facts;
   const std::string unit(api::to_string(known.unit));
   std::string text = name + ": " + std::string(api::to_string(facts.format)) + ", " +
                      (unit.empty() ? "of unknown unit" : "in " + unit) + ", " + api::grouped(facts.triangles) +
                      " triangles, " + api::grouped(facts.vertices) + " vertices\n";
-  text += std::string(topology.watertight() ? "watertight" : "not watertight") + ", " +
-          (topology.oriented() ? "oriented" : "not oriented") + ", components: " + api::grouped(topology.components) +
-          ", open edges: " + api::grouped(topology.open.count) +
-          ", non-manifold edges: " + api::grouped(topology.non_manifold.count) + "\n";
-  if (topology.volume)
-    text += "volume: " + api::with_unit(api::to_digits(topology.volume->lower, 9), unit.empty() ? unit : unit + "^3") +
-            "\n";
+  if (topology) text += topology_in_words(*topology, unit);
   text += "box: from " + api::in_words(facts.bbox.low) + " to " + api::with_unit(api::in_words(facts.bbox.high), unit);
   for (const std::string& note : api::notes_of(facts)) text += "\nnote: " + note;
   return check::shown_text(text);
@@ -123,15 +129,18 @@ ToolAnswer run_inspect(const Context& context, ToolCall& call) {
   const auto mesh = api::prepare(api::load(file->input(), context.confines->limits), file->input(), Prepared::Use::once,
                                  call.control);
   if (!mesh) return failure(mesh.error());
-  const auto topology = (*mesh)->topology([&] { return call.control.check() != Interruption::none; });
-  if (!topology) return failure(api::not_in_time(call.control.check(), "'" + file->name() + "' was examined"));
+  const bool is_cloud = (*mesh)->facts.triangles == 0;
+  std::optional<Topology> topology;
+  if (!is_cloud) topology = (*mesh)->topology([&] { return call.control.check() != Interruption::none; });
+  if (!topology && !is_cloud)
+    return failure(api::not_in_time(call.control.check(), "'" + file->name() + "' was examined"));
   const api::KnownUnit unit = unit_of((*mesh)->facts, asked.unit);
   Json found = api::json_of((*mesh)->facts, unit);
-  const double area = (*mesh)->facts.triangles > 0 ? area_of((*mesh)->mesh.mesh()) : 0;
+  const double area = is_cloud ? 0 : area_of((*mesh)->mesh.mesh());
   found["area"] = std::isfinite(area) ? Json(area) : Json();
   found["topology"] = api::json_of(topology);
   found["groups"] = group_names((*mesh)->groups);
-  return {facts_in_words(**mesh, file->name(), *topology, unit), std::move(found), {}};
+  return {facts_in_words(**mesh, file->name(), topology, unit), std::move(found), {}};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <new>
 
 namespace meshgauge::mcp {
 namespace {
@@ -21,6 +22,14 @@ bool Lines::fill() {
   return count > 0;
 }
 
+bool Lines::keep(std::string& line, std::string_view piece) const try {
+  if (line.size() + piece.size() > most_) return false;
+  line += piece;
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
 Lines::Got Lines::next(std::string& line) {
   line = std::string();  // a long one gives its memory back
   bool is_long = false;
@@ -28,17 +37,13 @@ Lines::Got Lines::next(std::string& line) {
     const std::size_t end = chunk_.find('\n', at_);
     const std::string_view piece = std::string_view(chunk_).substr(at_, end == std::string::npos ? end : end - at_);
     at_ += piece.size();
-    if (!is_long && line.size() + piece.size() > most_) {
+    if (!is_long && !keep(line, piece)) {
       is_long = true;
       scanner_ = IdScanner();
       scanner_.take(line);
       line = std::string();
     }
-    if (is_long) {
-      scanner_.take(piece);
-    } else {
-      line += piece;
-    }
+    if (is_long) scanner_.take(piece);
     if (end == std::string::npos) continue;
     ++at_;
     return is_long ? Got::too_long : Got::line;

@@ -17,13 +17,14 @@ class Lines {
   enum class Got { line, too_long, end };
 
   // Blocks until there is a whole line, and puts it into `line`, without its end; the last one may lack that. too_long:
-  // a longer one was read to its end and not kept; id() is that of its message. end: of the stream, or it cannot be
-  // read.
+  // a longer one, or one that there is no memory for, was read to its end and not kept; id() is that of its message.
+  // end: of the stream, or it cannot be read.
   Got next(std::string& line);
   std::string id() const { return scanner_.id(); }
 
  private:
   bool fill();
+  bool keep(std::string& line, std::string_view piece) const;  // false: it does not fit
 
   const int file_;
   const std::size_t most_;

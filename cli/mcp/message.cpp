@@ -9,20 +9,15 @@
 namespace meshgauge::mcp {
 namespace {
 
+constexpr std::size_t kMostValues = 100'000;   // of a message: each takes some ten times its bytes
 constexpr std::size_t kMostDefectBytes = 300;  // of the parser's words, which repeat what was sent
 
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-std::string id_in(std::string_view line) {
-  IdScanner scanner;
-  scanner.take(line);
-  return scanner.id();
-}
-
 // Returns why the line is no message; nullopt: `message` is what it says.
 std::optional<Refusal> parse(std::string_view line, nlohmann::json& message) {
   if (line.find('\0') != std::string_view::npos) return Refusal{kNotJson, "not JSON: a NUL byte"};
-  api::JsonFilter filter;
+  api::JsonFilter filter(kMostValues);
   if (nlohmann::json::sax_parse(line, &filter)) {
     message = nlohmann::json::parse(line);
     return std::nullopt;
@@ -34,6 +29,8 @@ std::optional<Refusal> parse(std::string_view line, nlohmann::json& message) {
 
 Received read_object(nlohmann::json& message) {
   const auto id = message.find("id"), method = message.find("method"), params = message.find("params");
+  const bool is_answer = method == message.end() && (message.contains("result") || message.contains("error"));
+  if (is_answer) return std::monostate{};  // whatever its id: an error about a message that was not read has null
   const bool has_id = id != message.end();
   const std::string own_id = has_id ? text_of_id(*id) : "";
   if (has_id && own_id.empty())
@@ -43,10 +40,7 @@ Received read_object(nlohmann::json& message) {
   const auto version = message.find("jsonrpc");
   if (version == message.end() || *version != "2.0")
     return Refusal{kInvalidMessage, "jsonrpc must be \"2.0\"", known_id};
-  if (method == message.end()) {
-    if (message.contains("result") || message.contains("error")) return std::monostate{};
-    return Refusal{kInvalidMessage, "the message has no method", known_id};
-  }
+  if (method == message.end()) return Refusal{kInvalidMessage, "the message has no method", known_id};
   if (!method->is_string())
     return Refusal{kInvalidMessage, "method must be a text, not " + api::shown(*method), known_id};
   Request request{own_id, method->get<std::string>()};
@@ -74,6 +68,12 @@ std::string text_of_id(const nlohmann::json& id) {
   if (id.is_number_integer()) return id.dump();
   if (!id.is_string() || id.get_ref<const std::string&>().size() > kMostIdBytes) return "";
   return id.dump();
+}
+
+std::string id_in(std::string_view line) {
+  IdScanner scanner;
+  scanner.take(line);
+  return scanner.id();
 }
 
 std::string answer_line(const std::string& id, const Json& result) {

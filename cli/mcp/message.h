@@ -39,6 +39,8 @@ Received read_message(std::string_view line);
 
 // Returns the id as JSON; empty: it is none, that is, no whole number and no text of at most kMostIdBytes.
 std::string text_of_id(const nlohmann::json& id);
+// Returns the id of a message that is not parsed, as JSON; "null": none was found.
+std::string id_in(std::string_view line);
 
 // Lines that are sent, without their ends. Bytes that are not UTF-8 become U+FFFD.
 std::string answer_line(const std::string& id, const Json& result);

@@ -19,8 +19,9 @@
 namespace meshgauge::mcp {
 namespace {
 
-// Revisions of the protocol, the newest first. They differ in nothing that is used here.
-constexpr std::string_view kRevisions[] = {"2025-11-25", "2025-06-18", "2025-03-26", "2024-11-05"};
+// Revisions of the protocol, the newest first. They differ in nothing that is used here. 2025-03-26 is left out: it has
+// batches, which it must be possible to receive.
+constexpr std::string_view kRevisions[] = {"2025-11-25", "2025-06-18", "2024-11-05"};
 constexpr const Tool* kTools[] = {&kCompareMeshes, &kInspectMesh, &kCheckGates};
 constexpr std::string_view kMethods[] = {"initialize", "ping", "tools/list", "tools/call"};
 constexpr const char* kInstructions =
@@ -82,41 +83,46 @@ nlohmann::json progress_token(const nlohmann::json& params) {
 }  // namespace
 
 Session::Session(Context context, unsigned threads, Send send)
-    : context_(std::move(context)), send_(std::move(send)), calls_(threads, {256, 4 * kMostMessageBytes}) {}
+    : context_(std::move(context)),
+      send_(std::move(send)),
+      calls_(threads, {256, 4 * kMostMessageBytes},
+             [this](std::string answer) { send_(std::move(answer), Line::answer); }) {}
 
-void Session::receive(std::string_view line) {
+void Session::receive(std::string_view line) try {
   if (api::trimmed(line).empty()) return;
   Received received = read_message(line);
-  if (const auto* refusal = std::get_if<Refusal>(&received)) return send_(refusal_line(*refusal));
+  if (const auto* refusal = std::get_if<Refusal>(&received)) return send_(refusal_line(*refusal), Line::answer);
   if (auto* request = std::get_if<Request>(&received)) take(std::move(*request), line.size());
+} catch (const std::bad_alloc&) {
+  refuse(kBusy, "there is not enough memory for this message: wait for an answer, or send a smaller one", id_in(line));
 }
 
 void Session::refuse_long(const std::string& id) {
   refuse(kInvalidMessage,
          "the message is longer than " + std::to_string(kMostMessageBytes) +
-             " bytes: write meshes to files, and give their paths",
+             " bytes, or than there is memory for: write meshes to files, and give their paths",
          id);
 }
 
 void Session::refuse(int code, const std::string& message, const std::string& id) const {
-  send_(refusal_line({code, message, id}));
+  send_(refusal_line({code, message, id}), Line::answer);
 }
 
 void Session::take(Request request, std::size_t bytes) {
   if (request.id.empty()) return notified(request);
-  if (request.method == "ping") return send_(answer_line(request.id, Json::object()));
+  if (request.method == "ping") return send_(answer_line(request.id, Json::object()), Line::answer);
   if (request.method == "tools/call") return call_tool(std::move(request), bytes);
   if (request.method == "tools/list") {
     if (request.params.contains("cursor"))
       return refuse(kInvalidParams, "there is no such cursor: the list is one page", request.id);
-    return send_(answer_line(request.id, list_of_tools()));
+    return send_(answer_line(request.id, list_of_tools()), Line::answer);
   }
   if (request.method == "initialize") {
     const auto asked = request.params.find("protocolVersion");
     if (asked == request.params.end() || !asked->is_string())
       return refuse(kInvalidParams, "protocolVersion must be a text such as \"" + std::string(kRevisions[0]) + "\"",
                     request.id);
-    return send_(answer_line(request.id, initialized(asked->get<std::string>())));
+    return send_(answer_line(request.id, initialized(asked->get<std::string>())), Line::answer);
   }
   refuse(kUnknownMethod, "there is no method " + api::shown_text(request.method) + "; known: " + api::listed(kMethods),
          request.id);
@@ -142,10 +148,8 @@ void Session::call_tool(Request request, std::size_t bytes) {
   if (arguments != request.params.end() && !arguments->is_object())
     return refuse(kInvalidParams, "arguments must be an object, not " + api::shown(*arguments), id);
   const auto own = std::make_shared<Request>(std::move(request));
-  const auto begun = calls_.begin(id, bytes, [this, tool, own](Control& control) {
-    const std::string answer = answer_of(*tool, *own, control);
-    if (!control.cancelled()) send_(answer);
-  });
+  const auto begun =
+      calls_.begin(id, bytes, [this, tool, own](Control& control) { return answer_of(*tool, *own, control); });
   if (begun == Calls::Begun::same_id) refuse(kInvalidMessage, "a call with the id " + id + " is still running", id);
   if (begun == Calls::Begun::too_many) refuse(kBusy, "too many calls at once: wait for an answer, then call again", id);
 }
@@ -174,7 +178,7 @@ ToolAnswer Session::run(const Tool& tool, Request& request, Control& control) co
       Json params{{"progressToken", Json(token)}, {"progress", done}};
       if (all > 0) params["total"] = all;
       params["message"] = what;
-      send_(notification_line("notifications/progress", params));
+      send_(notification_line("notifications/progress", params), Line::progress);
     };
   }
   return tool.run(context_, call);

@@ -16,8 +16,9 @@ namespace meshgauge::mcp {
 // All functions belong to one thread.
 class Session {
  public:
-  // Sends one line, without its end. Called on any thread, at several at the same time. Must not throw.
-  using Send = std::function<void(const std::string& line)>;
+  enum class Line { answer, progress };  // progress may be lost
+  // Sends one line, without its end. Called on any thread, at several at the same time.
+  using Send = std::function<void(std::string line, Line what)>;
 
   // `threads`: of calls at the same time; 0: receive() runs them.
   Session(Context context, unsigned threads, Send send);

@@ -2,10 +2,13 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <doctest/doctest.h>
 
+#include "api/base/whole_file.h"
+#include "check/manifest/glob.h"
 #include "check/manifest/manifest.h"
 #include "check/run/meshes.h"
 #include "folder.h"
@@ -100,6 +103,57 @@ TEST_CASE("confined: symbolic links are not followed") {
   CHECK_FALSE(contain(said_of(folder, "Link/SECRET.off", "base/x.off"), "link/secret.off"));
   CHECK_FALSE(contain(said_of(folder, "LINK/*.OFF", "base/x.off"), "link/secret.off"));
   CHECK_FALSE(contain(said_of(folder, "**/x.off", "base/x.off"), "/in/link"));  // which "**" passes by everywhere
+}
+
+TEST_CASE("confined: a backslash in place of a slash leads nowhere, either") {
+  Folder folder;
+  furnished(folder).write("in/parts/x.OFF", api::test::small_mesh());
+  for (const char* pattern : {"..\\out\\*.off", "..\\out\\secret.of?", "parts\\..\\..\\out\\*.off"}) {
+    const Said said = said_of(folder, pattern, "base/x.off");
+    CHECK_FALSE(said.empty());
+    CHECK_FALSE(contain(said, "secret.off"));
+  }
+}
+
+TEST_CASE("confined: folders are listed below the root that was opened, whatever is in its place") {
+  namespace fs = std::filesystem;
+  Folder folder;
+  furnished(folder).write("in/gates.yaml", one_gate("parts/*.off", "base/{stem}.off"));
+  folder.write("out/gates.yaml", one_gate("*.off", "x.off"));
+  const auto confines = within(folder, "in");
+  fs::rename(folder / "in", folder / "moved");
+  fs::create_directory_symlink(folder / "out", folder / "in");
+  const auto read = gates_within(confines, "gates.yaml");
+  CHECK(defects_of(read).empty());
+  REQUIRE(read.gates.size() == 1);
+  CHECK(read.gates[0].name == "x");
+  CHECK(read.gates[0].candidate.filename() == "x.off");
+}
+
+TEST_CASE("confined: what looks for files ends when it is interrupted, and the manifest is not run") {
+  Folder folder;
+  furnished(folder).write("in/gates.yaml", one_gate("parts/*.off", "base/{stem}.off"));
+  const auto read = gates_within(within(folder, "in"), "gates.yaml", {}, [] { return true; });
+  Said said;
+  for (const Mistake& mistake : read.mistakes) said.push_back(mistake.message);
+  CHECK(contain(said, "cannot be looked up: the time for it is over"));
+  CHECK(contain(said, "the time was over before all files of the manifest were found"));
+}
+
+TEST_CASE("confined: all globs of a manifest together look at so many files") {
+  Folder folder;
+  furnished(folder);
+  auto held = api::open_folder_below({(folder / "in").string()}, "");
+  REQUIRE(held.ok());
+  GlobConfines confines{{(folder / "in").string(), std::make_shared<const Descriptor>(std::move(*held))},
+                        never_interrupted,
+                        3};
+  const std::filesystem::path here = folder / "in";
+  CHECK(glob(here, "parts/*.off", &confines).value().size() == 1);
+  CHECK(glob(here, "base/*.off", &confines).value().size() == 1);
+  CHECK(confines.entries_left == 1);
+  CHECK(glob(here, "parts/*.off", &confines).ok());
+  CHECK(glob(here, "base/*.off", &confines).error().message.find("looks at more than") != std::string::npos);
 }
 
 TEST_CASE("confined: the manifest itself is below a root") {

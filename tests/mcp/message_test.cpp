@@ -37,6 +37,7 @@ TEST_CASE("message: requests and notifications") {
                 "\r") == " n {}");
   CHECK(as_read(R"({"jsonrpc":"2.0","id":1,"result":{}})") == "nothing");
   CHECK(as_read(R"({"jsonrpc":"2.0","id":1,"error":{}})") == "nothing");
+  CHECK(as_read(R"({"jsonrpc":"2.0","id":null,"error":{}})") == "nothing");
   CHECK(as_read(R"({"jsonrpc":"2.0","method":"n","params":5})") == "nothing");
 }
 
@@ -56,6 +57,16 @@ TEST_CASE("message: what is refused, by which code and under which id") {
   CHECK(as_read(R"({"jsonrpc":"2.0","id":1,"id":2,"method":"m"})") == "-32600 2");
   const std::string long_id(kMostIdBytes + 1, 'x');
   CHECK(as_read(R"({"jsonrpc":"2.0","id":")" + long_id + R"(","method":"m"})") == "-32600 null");
+}
+
+TEST_CASE("message: one of very many values is refused, however few bytes each has") {
+  std::string values;
+  for (int i = 0; i < 100'000; ++i) values += "{},";
+  const auto refusal = std::get<Refusal>(
+      read_message(R"({"jsonrpc":"2.0","id":1,"method":"ping","params":{"x":[)" + values + "{}]}}"));
+  CHECK(refusal.code == kInvalidMessage);
+  CHECK(refusal.id == "1");
+  CHECK(refusal.message == "more than 100000 values");
 }
 
 TEST_CASE("message: an error repeats little of what was sent") {

@@ -49,6 +49,7 @@ class Messages(Session):
     def test_notifications_and_answers_get_no_answer(self):
         for message in ({"method": "notifications/initialized"}, {"method": "notifications/nothing", "params": []}, {"method": "ping"},
                         {"method": "tools/call", "params": {"name": "none"}}, {"id": 3, "result": {}}, {"id": 3, "error": {"code": 1, "message": ""}},
+                        {"id": None, "error": {"code": 1, "message": ""}},
                         {"method": "notifications/cancelled", "params": {"requestId": 99}}, {"method": "notifications/cancelled"}):
             self.client.send(message)
         self.client.send_bytes(b"\n \r\n")

@@ -97,6 +97,15 @@ class Many(Session):
         self.wait_for_progress("t0")
         self.assertEqual(self.client.close(), 0)
 
+    def test_a_client_that_reads_nothing_and_ends(self):
+        with subprocess.Popen([BINARY, "mcp"], cwd=self.folder, env=ENVIRONMENT, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL) as process:
+            self.addCleanup(process.kill)
+            for _ in range(100):  # more answers than a pipe holds
+                process.stdin.write(b'{"jsonrpc":"2.0","id":1,"method":"tools/list"}\n')
+            process.stdin.close()
+            self.assertEqual(process.wait(PATIENCE), 0)
+
     def test_a_client_that_no_longer_reads(self):
         with subprocess.Popen([BINARY, "mcp"], cwd=self.folder, env=ENVIRONMENT, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                               stderr=subprocess.DEVNULL) as process:

@@ -2,11 +2,12 @@
 
 import base64
 import json
+import math
 import subprocess
 import unittest
 
 import jsonschema
-from client import PNG, Session, square
+from client import PNG, Session, cube, square
 from harness import BINARY, ENVIRONMENT
 
 
@@ -16,7 +17,7 @@ def inline(data, name=None):
 
 class Protocol(Session):
     def test_the_revision_is_the_clients_where_it_is_known(self):
-        for asked, got in (("2025-11-25", "2025-11-25"), ("2025-06-18", "2025-06-18"), ("2025-03-26", "2025-03-26"),
+        for asked, got in (("2025-11-25", "2025-11-25"), ("2025-06-18", "2025-06-18"), ("2025-03-26", "2025-11-25"),
                            ("2024-11-05", "2024-11-05"), ("1999-01-01", "2025-11-25")):
             result = self.client.initialize(asked)
             self.assertEqual(result["protocolVersion"], got)
@@ -123,6 +124,29 @@ class Compare(Session):
         self.assertEqual(found["criteria"][0]["name"], found["foremost"])
         self.assertEqual(found["foremost"], "watertight")
 
+    def test_with_regions_the_witness_is_that_of_the_whole_distance(self):
+        self.file("larger.obj", cube(1.2))
+        options = {"max_distance": 0.3, "regions": [{"name": "far", "box": {"min": [0.9, -9, -9], "max": [9, 9, 9]}, "max_distance": 5}]}
+        result = self.compare("cube.obj", "larger.obj", options=options, picture=True)
+        found = self.found(result)
+        self.assertEqual(found["verdict"], "pass")
+        witness = found["witness"]
+        self.assertGreaterEqual(math.dist(witness["point"], witness["nearest_point"]), found["distance"]["lower"] * (1 - 1e-12))
+        self.assertAlmostEqual(found["distance"]["lower"], math.sqrt(0.12), 3)
+        text = result["content"][0]["text"]
+        self.assertIn("farthest off is (1.2, 1.2, 1.2)", text)
+        self.assertIn("the mark is on the point that is farthest off", text)
+        options["regions"][0]["max_distance"] = 0.1
+        result = self.compare("cube.obj", "larger.obj", options=options)
+        self.assertEqual(self.found(result)["verdict"], "fail")
+        self.assertIn("the mark is on the point to look at of 'distance in far'", result["content"][0]["text"])
+
+    def test_what_only_an_expectation_refuses_still_has_a_place(self):
+        text = self.compare(options={"max_distance": 3, "expect": {"watertight": True}})["content"][0]["text"]
+        self.assertIn("\nRepair mesh a, or change what is expected of it.\nfarthest off is (", text)
+        self.assertIn("dark red is beyond the limit", text)
+        self.assertIn("red is the largest distance", self.compare(picture=True)["content"][0]["text"])
+
     def test_meshes_inside_of_the_message(self):
         pairs = [(inline(square(2.0), "x.obj"), {"path": "flat.obj"}), (inline(square(2.0)), inline(square())),
                  ({"path": str(self.folder / "raised.obj")}, inline(square(), "flat.obj"))]
@@ -170,6 +194,14 @@ class Inspect(Session):
         found = self.found(self.client.call("inspect_mesh", {"mesh": inline(b"0 0 0\n1 0 0\n0 1 5\n", "points.xyz")}))
         self.assertEqual((found["triangles"], found["vertices"], found["area"]), (0, 3, 0))
         self.assertTrue(any("point cloud" in note for note in found["notes"]))
+        self.assertIsNone(found["topology"])
+
+    def test_what_faces_inwards(self):
+        faces = [line.split() for line in cube().decode().splitlines()]
+        inward = "\n".join(" ".join([kind, *(reversed(rest) if kind == "f" else rest)]) for kind, *rest in faces) + "\n"
+        result = self.client.call("inspect_mesh", {"mesh": inline(inward.encode(), "x.obj"), "unit": "in"})
+        self.assertLess(self.found(result)["topology"]["volume"]["upper"], 0)
+        self.assertIn("\nvolume: -1 in^3: its triangles face inwards\n", result["content"][0]["text"])
 
 
 class Gates(Session):
@@ -234,6 +266,13 @@ class Gates(Session):
         self.assertGreater(found["left_out"], 0)
         self.assertIn("raised", [gate["name"] for gate in found["gates"]])
         self.assertEqual(found["counts"]["pass"], 1001)
+
+    def test_a_long_report_is_short_in_words(self):
+        lines = ["- {name: %s-%d, candidate: raised.obj, baseline: flat.obj}\n" % ("x" * 190, i) for i in range(300)]
+        self.file("gates.yaml", "version: 1\ndefaults: {max_distance: 1 mm}\ngates:\n" + "".join(lines))
+        text = self.client.call("check_gates", {})["content"][0]["text"]
+        self.assertLess(len(text), 70_000)
+        self.assertRegex(text, r"\n\(\d+ lines are left out\)\n300 gates: 300 fail\n$")
 
 
 if __name__ == "__main__":

@@ -69,6 +69,18 @@ TEST_CASE("roots: of several the first that has the file, each by its own spelli
   CHECK(place_in(roots, link + "/x.stl") == two + "/x.stl");
 }
 
+TEST_CASE("roots: '..' behind a link leads where the system goes, and only there") {
+  const test::Folder folder;
+  folder.write("far/one/x.stl", "x");
+  folder.write("y.stl", "x");
+  fs::create_directory_symlink(folder / "far/one", folder / "link");
+  const std::string far = (folder / "far").string();
+  const Roots roots = roots_of({(folder / "link/..").string()});
+  CHECK(roots.folders() == std::vector<std::string>{far});
+  CHECK(place_in(roots, far + "/one/x.stl") == far + "/one/x.stl");
+  CHECK(place_in(roots, (folder / "y.stl").string()).find("is outside of the folders") != std::string::npos);
+}
+
 TEST_CASE("roots: a root must be a folder") {
   const test::Folder folder;
   const std::string file = folder.write("x.stl", "x").string(), none = (folder / "none").string();

@@ -8,7 +8,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -140,6 +142,55 @@ TEST_CASE("mesh file: within roots a file has at most so many bytes") {
   const auto file = MeshFile::open_within(confines, "m.off");
   CHECK(contains(file.error().message, "m.off' is larger than the"));
   CHECK(file.error().code == ErrorCode::too_large);
+}
+
+TEST_CASE("mesh file: within roots a .gltf has at most so many bytes with the files that it names") {
+  const test::Folder folder;
+  const std::string text = scene("x.bin");
+  folder.write("s.gltf", text);
+  folder.write("x.bin", corners());
+  Confines confines{Roots::open({folder.path().string()}).value()};
+  const auto code = [&](std::uint64_t most) {
+    confines.max_file_bytes = most;
+    const auto file = MeshFile::open_within(confines, "s.gltf");
+    return file ? "read" : file.error().code == ErrorCode::too_large ? "too large" : "another error";
+  };
+  CHECK(code(text.size() + corners().size() - 1) == std::string("too large"));
+  CHECK(code(text.size()) == std::string("too large"));
+  CHECK(code(text.size() + corners().size() + 4096) == std::string("read"));  // with the heads of an archive
+}
+
+TEST_CASE("mesh file: within roots all files that are held have at most so many bytes together") {
+  const test::Folder folder;
+  folder.write("m.off", test::small_mesh());
+  folder.write("s.gltf", scene("x.bin"));
+  folder.write("x.bin", corners());
+  Confines confines{Roots::open({folder.path().string()}).value()};
+  confines.files = std::make_shared<ByteBudget>(2 * test::small_mesh().size());
+  const auto opened = [&](const char* path) { return MeshFile::open_within(confines, path); };
+  {
+    const auto one = opened("m.off"), two = opened("m.off");
+    CHECK(one.ok());
+    CHECK(two.ok());
+    CHECK(contains(opened("m.off").error().message, "'m.off' does not fit into memory beside the other files"));
+  }
+  CHECK(opened("m.off").ok());
+  confines.files = std::make_shared<ByteBudget>(scene("x.bin").size());
+  CHECK(contains(opened("s.gltf").error().message, "does not fit into memory"));
+}
+
+TEST_CASE("mesh file: a root that is moved away stays the root, whatever is put in its place") {
+  const test::Folder folder;
+  folder.write("in/m.off", test::small_mesh());
+  folder.write("out/m.off", test::small_mesh());
+  folder.write("out/secret.off", test::small_mesh());
+  const Confines confines{Roots::open({(folder / "in").string()}).value()};
+  fs::rename(folder / "in", folder / "moved");
+  fs::create_directory_symlink(folder / "out", folder / "in");
+  CHECK(contains(MeshFile::open_within(confines, "secret.off").error().message, "No such file"));
+  fs::remove(folder / "out/m.off");
+  CHECK(MeshFile::open_within(confines, "m.off").ok());
+  CHECK(MeshFile::open_within(confines, (folder / "in/m.off").string()).ok());
 }
 
 TEST_CASE("mesh file: anything but a regular file is refused without blocking") {

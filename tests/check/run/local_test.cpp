@@ -117,6 +117,11 @@ TEST_CASE("threads: those of the gate, else those of the processors that are fre
   asked.request.threads_given = true;
   asked.request.options.threads = 2;
   CHECK(threads_of(asked, {3, 0}) == 2);
+  Gate confined = asked;  // for a client that is not trusted
+  confined.request.options.threads = 64;
+  confined.confines =
+      std::make_shared<const api::Confines>(api::Confines{api::Roots::open({folder.path().string()}).value()});
+  CHECK(threads_of(confined, {3, 0}) == 3);
   asked.request.options.strategy = Strategy::four_point;
   CHECK(threads_of(asked, {3, 0}) == 1);
 }

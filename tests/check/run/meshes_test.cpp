@@ -50,6 +50,18 @@ TEST_CASE("a glTF behind a link is another mesh, since it names files in its own
   CHECK(meshes.get(base, control).value() == meshes.get(same, control).value());
 }
 
+TEST_CASE("when meshes are stopped nothing is read any more") {
+  const Folder folder;
+  const auto base = folder.obj("base.obj", shapes::grid(100));
+  const auto other = folder.obj("other.obj", shapes::grid(3));
+  Meshes meshes({gate(other, base, 1)});
+  meshes.begin(base);
+  meshes.stop();
+  CHECK_FALSE(meshes.reading());
+  Control control;
+  CHECK(meshes.get(other, control).error().code == ErrorCode::out_of_time);
+}
+
 TEST_CASE("a mesh is freed after the last gate and turn that needs it") {
   const Folder folder;
   const auto base = folder.obj("base.obj", shapes::grid(3));

@@ -77,7 +77,7 @@ std::string id_to_answer(std::string_view line) {
 
 void talk(std::string_view text) {
   std::vector<std::string> answered, asked;
-  mcp::Session session(talk_context(), 0, [&](const std::string& line) {
+  mcp::Session session(talk_context(), 0, [&](const std::string& line, mcp::Session::Line) {
     if (std::string id = id_of_answer(line); !id.empty()) answered.push_back(std::move(id));
   });
   for (std::size_t i = 0; i < kMostTalkLines && !text.empty(); ++i) {
