@@ -145,9 +145,8 @@ TEST_CASE("confined: all globs of a manifest together look at so many files") {
   furnished(folder);
   auto held = api::open_folder_below({(folder / "in").string()}, "");
   REQUIRE(held.ok());
-  GlobConfines confines{{(folder / "in").string(), std::make_shared<const Descriptor>(std::move(*held))},
-                        never_interrupted,
-                        3};
+  GlobConfines confines{
+      {(folder / "in").string(), std::make_shared<const Descriptor>(std::move(*held))}, never_interrupted, 3};
   const std::filesystem::path here = folder / "in";
   CHECK(glob(here, "parts/*.off", &confines).value().size() == 1);
   CHECK(glob(here, "base/*.off", &confines).value().size() == 1);

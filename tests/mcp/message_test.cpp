@@ -62,8 +62,8 @@ TEST_CASE("message: what is refused, by which code and under which id") {
 TEST_CASE("message: one of very many values is refused, however few bytes each has") {
   std::string values;
   for (int i = 0; i < 100'000; ++i) values += "{},";
-  const auto refusal = std::get<Refusal>(
-      read_message(R"({"jsonrpc":"2.0","id":1,"method":"ping","params":{"x":[)" + values + "{}]}}"));
+  const auto refusal =
+      std::get<Refusal>(read_message(R"({"jsonrpc":"2.0","id":1,"method":"ping","params":{"x":[)" + values + "{}]}}"));
   CHECK(refusal.code == kInvalidMessage);
   CHECK(refusal.id == "1");
   CHECK(refusal.message == "more than 100000 values");

@@ -21,9 +21,8 @@ namespace {
 class InOneThread {
  public:
   InOneThread()
-      : session_({within(folder), 2}, 0, [this](const std::string& line, Session::Line) {
-          sent_.push_back(Json::parse(line));
-        }) {}
+      : session_({within(folder), 2}, 0,
+                 [this](const std::string& line, Session::Line) { sent_.push_back(Json::parse(line)); }) {}
 
   // What is answered to a request.
   Json ask(const std::string& method, const std::string& params = "{}") {
