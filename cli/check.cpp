@@ -379,11 +379,13 @@ Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
 }
 
 // Reads the baselines of --against; nullopt without it.
-Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates) {
+Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates,
+                                                   const Interrupts& interrupts) {
   if (!flags.is_against) return std::optional<check::Revision>();
   const bool of_manifest = flags.files.size() == 1;
   auto revision = check::Revision::open(
-      flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path());
+      flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path(),
+      [&] { return interrupts.seen(); });
   if (!revision) return revision.error();
   if (auto ok = revision->take_baselines(gates); !ok) return ok.error();
   return std::optional(std::move(*revision));
@@ -398,7 +400,7 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   if (!history) return refuse(flags, history.error());
   if (const auto ok = take_pipes(flags, gates); !ok) return refuse(flags, ok.error());
   const Interrupts interrupts;
-  auto revision = revision_of(flags, gates);
+  auto revision = revision_of(flags, gates, interrupts);
   if (!revision) return refuse(flags, revision.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
