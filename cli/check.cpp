@@ -317,6 +317,7 @@ int tell(const CheckFlags& flags, const Report& report, const ReportFiles& repor
   if (!print_table(flags, report, !reports.to_stdout()))
     exit_code = fail_on_one_line("the result could not be written");
   if (const auto written = reports.write(report); !written) exit_code = fail_on_one_line(written.error().message);
+  for (const std::string& note : extras.notes()) fail_on_one_line(note);
   for (const std::string& problem : extras.problems()) exit_code = fail_on_one_line(problem);
   return exit_code;
 }

@@ -175,6 +175,13 @@ class Pictures(Workplace):
         self.exits(0, "flat.obj", "raised.obj", "--max-distance", "3", "--pictures", "pictures")
         self.assertEqual(list(self.pictures()), [])  # that of the run before does not stay
 
+    def test_another_file_in_its_place_is_left_alone(self):
+        pair = ("flat.obj", "raised.obj", "--max-distance", "3", "--pictures", "pictures")
+        for data in (b"", b"mine", b"\x89PNG\r\n\x1a\n" + bytes(100)):
+            self.file("pictures/flat.obj.png", data)
+            self.fails(*pair, saying="--pictures: 'pictures/flat.obj.png' is no picture that meshgauge has made")
+            self.assertEqual(self.pictures(), {"flat.obj.png": data})
+
     def test_a_folder_that_cannot_be_written(self):
         pair = ("flat.obj", "raised.obj", "--max-distance", "1")
         self.fails(*pair, "--pictures", "flat.obj", saying="--pictures: 'flat.obj' cannot be created as a folder")
