@@ -110,6 +110,16 @@ class Reports(Workplace):
             self.assertIn("bad", text[flag])
         self.assertIn("data:image/png", text["--html"])  # pictures of the meshes, too
 
+    def test_no_name_is_a_command_of_githubs_log(self):
+        self.manifest([("'##[error]x'", "flat.obj", "raised.obj", 1), ("'::error::y'", "'##[set-env name=z]'", "raised.obj", 1)])
+        for flags in ((), ("--only", "##[group]w"), ("--html=##[add-mask]/v",)):
+            result = self.exits(3, "gates.yaml", *flags, "--no-annotations", environment={"GITHUB_ACTIONS": "true"})
+            for line in (result.stdout + result.stderr).splitlines():
+                self.assertNotIn("##[", line)
+                self.assertFalse(line.lstrip().startswith("::"), line)
+        self.assertIn("##\\x5B", result.stderr)
+        self.assertIn("##[", self.exits(3, "gates.yaml").stdout)
+
     def test_annotations_are_written_where_github_runs_it(self):
         pair = ("flat.obj", "raised.obj", *self.LIMIT)
         github = {"GITHUB_ACTIONS": "true", "GITHUB_WORKSPACE": str(self.folder)}
