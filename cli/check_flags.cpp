@@ -1,7 +1,6 @@
 #include "cli/check_flags.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <initializer_list>
 #include <iterator>
 #include <span>

@@ -262,8 +262,14 @@ class Against(Workplace):
         git = pathlib.Path(self.file("bin/git", '#!/bin/sh\ncase " $* " in *" cat-file "*) : >begun; exec sleep 1000;; esac\n'
                                      f'exec {shutil.which("git")} "$@"\n'))
         git.chmod(0o755)
-        for sign in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            process = self.start("part.obj", "--against", "HEAD", "--max-distance", "1", environment={
+        signs = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+        def heed():  # also where these tests run in the background
+            for sign in signs:
+                signal.signal(sign, signal.SIG_DFL)
+
+        for sign in signs:
+            process = self.start("part.obj", "--against", "HEAD", "--max-distance", "1", preexec_fn=heed, environment={
                 "PATH": f"{git.parent}:{os.environ['PATH']}", "TMPDIR": str(room)})
             until((self.folder / "begun").exists)
             self.assertNotEqual(list(room.iterdir()), [])
