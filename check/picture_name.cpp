@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string_view>
 
 #include "api/base/digest.h"
 #include "api/base/text.h"
@@ -9,7 +10,7 @@
 namespace meshgauge::check {
 namespace {
 
-constexpr std::size_t kSlugLetters = 80, kDigestDigits = 8;
+constexpr std::size_t kSlugLetters = 72, kDigestDigits = 16;
 
 bool is_sound(char c) { return api::is_letter(c) || api::is_digit(c); }
 
@@ -26,11 +27,17 @@ std::string slug_of(const std::string& name) {
   return slug;
 }
 
+// Such a name may be that of another gate's file.
+bool ends_in_digest(const std::string& name) {
+  const std::size_t dash = name.rfind('-');
+  return api::is_lower_hex(std::string_view(name).substr(dash == std::string::npos ? 0 : dash + 1), kDigestDigits);
+}
+
 }  // namespace
 
 std::string picture_name(const std::string& gate) {
   const std::string slug = slug_of(gate);
-  if (slug == gate) return slug + ".png";
+  if (slug == gate && !ends_in_digest(gate)) return slug + ".png";
   const std::string digest = api::sha256_hex(std::as_bytes(std::span(gate))).substr(0, kDigestDigits);
   return slug + (slug.empty() ? "" : "-") + digest + ".png";
 }

@@ -57,7 +57,7 @@ using Pictures = std::vector<check::GatePicture>;
 // Prints the message on one line, without anything that a terminal or a CI runner would interpret: messages and names
 // of files are foreign text.
 int fail_on_one_line(const std::string& message) {
-  std::fprintf(stderr, "meshgauge: %s\n", check::shown_name(message).c_str());
+  std::fprintf(stderr, "meshgauge: %s\n", check::for_log(check::shown_name(message)).c_str());
   return kExitError;
 }
 
@@ -308,7 +308,7 @@ bool print_table(const CheckFlags& flags, const Report& report, bool to_stdout) 
   std::FILE* out = to_stdout ? stdout : stderr;
   const int file = to_stdout ? STDOUT_FILENO : STDERR_FILENO;
   const check::TableStyle style{colours(flags, file), flags.quiet, check::terminal_columns(file)};
-  return std::fputs(check::to_table(report, style).c_str(), out) >= 0 && std::fflush(out) == 0;
+  return std::fputs(check::for_log(check::to_table(report, style)).c_str(), out) >= 0 && std::fflush(out) == 0;
 }
 
 // Prints the table and writes the reports and maps, as many as possible. Returns the exit code.
@@ -317,6 +317,7 @@ int tell(const CheckFlags& flags, const Report& report, const ReportFiles& repor
   if (!print_table(flags, report, !reports.to_stdout()))
     exit_code = fail_on_one_line("the result could not be written");
   if (const auto written = reports.write(report); !written) exit_code = fail_on_one_line(written.error().message);
+  for (const std::string& note : extras.notes()) fail_on_one_line(note);
   for (const std::string& problem : extras.problems()) exit_code = fail_on_one_line(problem);
   return exit_code;
 }
@@ -333,7 +334,8 @@ void leave_at_once_if_cut(bool interrupted, const check::Meshes& meshes, int exi
 int refuse(const CheckFlags& flags, const Asked& asked) {
   for (const check::Mistake& mistake : asked.mistakes)
     fail_on_one_line(asked.manifest.empty() ? mistake.message : check::to_string(asked.manifest, mistake));
-  for (const std::string& line : asked.explanation) std::fprintf(stderr, "%s\n", check::shown_name(line).c_str());
+  for (const std::string& line : asked.explanation)
+    std::fprintf(stderr, "%s\n", check::for_log(check::shown_name(line)).c_str());
   const Pictures none;
   const ReportFiles reports = reports_of(flags, none);
   Places places = inputs_of(flags, {});
@@ -379,11 +381,13 @@ Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
 }
 
 // Reads the baselines of --against; nullopt without it.
-Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates) {
+Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates,
+                                                   const Interrupts& interrupts) {
   if (!flags.is_against) return std::optional<check::Revision>();
   const bool of_manifest = flags.files.size() == 1;
   auto revision = check::Revision::open(
-      flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path());
+      flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path(),
+      [&] { return interrupts.seen(); });
   if (!revision) return revision.error();
   if (auto ok = revision->take_baselines(gates); !ok) return ok.error();
   return std::optional(std::move(*revision));
@@ -398,7 +402,7 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   if (!history) return refuse(flags, history.error());
   if (const auto ok = take_pipes(flags, gates); !ok) return refuse(flags, ok.error());
   const Interrupts interrupts;
-  auto revision = revision_of(flags, gates);
+  auto revision = revision_of(flags, gates, interrupts);
   if (!revision) return refuse(flags, revision.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
@@ -478,7 +482,7 @@ int update(const CheckFlags& flags, const Selected& selected) {
     const auto why = selected.why.find(update.gate);
     lines.push_back(check::to_string(update) + (why == selected.why.end() ? "" : ": " + why->second));
   }
-  for (const std::string& line : lines) std::printf("%s\n", check::shown_name(line).c_str());
+  for (const std::string& line : lines) std::printf("%s\n", check::for_log(check::shown_name(line)).c_str());
   if (std::fflush(stdout) != 0) return fail_on_one_line("the result could not be written");
   return kExitResult;
 }

@@ -1,9 +1,11 @@
 #include "cli/check_extras.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <exception>
 #include <fstream>
+#include <iterator>
 #include <new>
 #include <set>
 #include <span>
@@ -14,6 +16,7 @@
 #include "api/compare/compare.h"
 #include "check/deviation.h"
 #include "check/files.h"
+#include "check/html/image.h"
 #include "check/picture_name.h"
 
 namespace meshgauge::cli {
@@ -59,6 +62,20 @@ Result<Done> write_whole(const std::filesystem::path& place, std::span<const std
   return Error{ErrorCode::internal, "the picture '" + place.string() + "' cannot be written", "", "--pictures"};
 }
 
+// What is there may go if an earlier run has made it. A folder stays, and the picture is not written.
+Result<Done> may_be_replaced(const std::filesystem::path& file) {
+  std::error_code none;
+  const auto there = std::filesystem::symlink_status(file, none);
+  if (!std::filesystem::exists(there) || std::filesystem::is_directory(there)) return Done{};
+  std::array<std::byte, check::kMarkedBytes> beginning{};
+  if (std::filesystem::is_regular_file(there))
+    std::ifstream(file, std::ios::binary)
+        .read(reinterpret_cast<char*>(beginning.data()), static_cast<std::streamsize>(beginning.size()));
+  if (check::is_marked(beginning)) return Done{};
+  return unusable("--pictures", file.string(),
+                  "is no picture that meshgauge has made: move it away, or name another folder");
+}
+
 }  // namespace
 
 Result<DeviationMaps> DeviationMaps::open(const std::string& where, bool of_manifest,
@@ -90,6 +107,7 @@ Result<PictureFiles> PictureFiles::open(const std::string& where, const std::vec
   for (const check::Gate& gate : gates) {
     pictures.files_.push_back(std::filesystem::path(where) / check::picture_name(gate.name));
     if (auto ok = places.writes("--pictures", pictures.files_.back()); !ok) return ok.error();
+    if (auto ok = may_be_replaced(pictures.files_.back()); !ok) return ok.error();
   }
   for (const auto& file : pictures.files_) {
     std::error_code none;
@@ -114,13 +132,36 @@ void CheckExtras::after(std::size_t place, const check::GateOutcome& outcome, Co
 }
 
 void CheckExtras::draw(std::size_t place, const check::GateOutcome& outcome, Control& control) {
-  const bool strip = wanted_.pictures.wanted() && outcome.measured && outcome.verdict() != check::Verdict::pass;
+  const bool strip = wanted_.pictures.wanted() && outcome.measured && outcome.verdict() != check::Verdict::pass &&
+                     is_needed(check::Gallery::need_of(outcome));
   const check::Gallery::Strip made = gallery_->draw(outcome, strip, threads_, control);
-  if (!made.missing.empty())
-    add_problem("the picture '" + wanted_.pictures.file_of(place).string() + "' could not be made: " + made.missing);
+  if (!made.missing.empty()) {
+    const std::lock_guard lock(mutex_);
+    notes_.push_back("the picture '" + wanted_.pictures.file_of(place).string() +
+                     "' could not be made: " + made.missing);
+  }
   if (made.png.empty()) return;
-  if (const auto written = write_whole(wanted_.pictures.file_of(place), made.png); !written)
+  if (const auto written = keep(place, check::Gallery::need_of(outcome), made.png); !written)
     add_problem(written.error().message);
+}
+
+bool CheckExtras::is_needed(const check::Gallery::Need& need) {
+  const std::lock_guard lock(mutex_);
+  return kept_.size() < check::Gallery::kMostPictures || need < kept_.rbegin()->first;
+}
+
+// Which pictures stay does not depend on the order in which gates end.
+Result<Done> CheckExtras::keep(std::size_t place, const check::Gallery::Need& need, std::span<const std::byte> png) {
+  const std::lock_guard lock(mutex_);
+  kept_.emplace(need, place);
+  if (kept_.size() > check::Gallery::kMostPictures) {
+    const std::size_t least = kept_.rbegin()->second;
+    kept_.erase(std::prev(kept_.end()));
+    if (least == place) return Done{};
+    std::error_code none;
+    std::filesystem::remove(wanted_.pictures.file_of(least), none);
+  }
+  return write_whole(wanted_.pictures.file_of(place), png);
 }
 
 void CheckExtras::add_problem(const std::string& what) {

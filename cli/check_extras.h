@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,7 +40,7 @@ class DeviationMaps {
 class PictureFiles {
  public:
   // As DeviationMaps::open(). Also removes the pictures of these gates that an earlier run has left there, so that none
-  // is taken for one of this run.
+  // is taken for one of this run; any other file in their place is an Error.
   static Result<PictureFiles> open(const std::string& where, const std::vector<check::Gate>& gates, Places& places);
 
   bool wanted() const { return !files_.empty(); }
@@ -71,10 +73,14 @@ class CheckExtras {
   std::vector<check::GatePicture> pictures(const check::Report& report, unsigned processors,
                                            const Interrupted& interrupted, const check::Gallery::Told& told);
 
-  const std::vector<std::string>& problems() const { return problems_; }  // complete when the run is over
+  // Both are complete when the run is over. Notes change no exit code.
+  const std::vector<std::string>& problems() const { return problems_; }
+  const std::vector<std::string>& notes() const { return notes_; }
 
  private:
   void draw(std::size_t place, const check::GateOutcome& outcome, Control& control);
+  bool is_needed(const check::Gallery::Need& need);
+  Result<Done> keep(std::size_t place, const check::Gallery::Need& need, std::span<const std::byte> png);
   Error no_map(std::size_t place, const std::string& why) const;
   Result<Done> write_map(std::size_t place, const check::GateOutcome& outcome, Control& control);
   void add_problem(const std::string& what);
@@ -84,7 +90,8 @@ class CheckExtras {
   const unsigned threads_;
   std::optional<check::Gallery> gallery_;
   std::mutex mutex_;  // guards the members below
-  std::vector<std::string> problems_;
+  std::vector<std::string> problems_, notes_;
+  std::map<check::Gallery::Need, std::size_t> kept_;  // files of --pictures: Gallery::kMostPictures at most
 };
 
 }  // namespace meshgauge::cli

@@ -1,7 +1,6 @@
 #include "cli/check_flags.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <initializer_list>
 #include <iterator>
 #include <span>
@@ -18,6 +17,7 @@
 #include "check/files.h"
 #include "check/manifest/manifest.h"
 #include "check/manifest/naming.h"
+#include "check/run/terminal.h"
 #include "cli/check_start.h"
 #include "cli/pipes.h"
 
@@ -258,8 +258,7 @@ Asked gates_asked(const CheckFlags& flags) {
 
 std::string place_of_annotations(const CheckFlags& flags) {
   if (flags.no_annotations || !flags.annotations.empty()) return flags.no_annotations ? "" : flags.annotations;
-  const char* on_github = std::getenv("GITHUB_ACTIONS");
-  return on_github && std::string_view(on_github) == "true" ? "-" : "";
+  return check::is_on_github() ? "-" : "";
 }
 
 check::Undecided undecided_rule(const CheckFlags& flags) {

@@ -14,6 +14,7 @@
 #include "check/manifest/manifest.h"
 #include "check/manifest/naming.h"
 #include "check/reports/wording.h"
+#include "check/run/terminal.h"
 #include "cli/commands.h"
 
 namespace meshgauge::cli {
@@ -44,7 +45,9 @@ std::vector<std::string> explanation(const std::string& what, const std::string&
 }
 
 // Prints one line, without anything that a terminal would interpret.
-void say(std::FILE* out, const std::string& line) { std::fprintf(out, "%s\n", check::shown_name(line).c_str()); }
+void say(std::FILE* out, const std::string& line) {
+  std::fprintf(out, "%s\n", check::for_log(check::shown_name(line)).c_str());
+}
 
 int refuse_init(const std::string& why) {
   say(stderr, "meshgauge: --init: " + why);

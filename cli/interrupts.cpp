@@ -25,11 +25,14 @@ Interrupts::Interrupts(Control* job) {
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, &before_int_);
   sigaction(SIGTERM, &action, &before_term_);
+  sigaction(SIGHUP, &action, &before_hang_up_);
+  if (before_hang_up_.sa_handler == SIG_IGN) sigaction(SIGHUP, &before_hang_up_, nullptr);  // as nohup has it
 }
 
 Interrupts::~Interrupts() {
   sigaction(SIGINT, &before_int_, nullptr);
   sigaction(SIGTERM, &before_term_, nullptr);
+  sigaction(SIGHUP, &before_hang_up_, nullptr);
   cancelled_job = nullptr;
 }
 

@@ -1,4 +1,4 @@
-// Turns Ctrl-C and SIGTERM into a flag, and cancels a job.
+// Turns Ctrl-C, SIGTERM and SIGHUP into a flag, and cancels a job.
 #pragma once
 
 #include <signal.h>
@@ -21,6 +21,7 @@ class Interrupts {
  private:
   struct sigaction before_int_ {};
   struct sigaction before_term_ {};
+  struct sigaction before_hang_up_ {};
 };
 
 }  // namespace meshgauge::cli

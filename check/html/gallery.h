@@ -44,6 +44,15 @@ class Gallery {
   // meshes.
   Strip draw(const GateOutcome& outcome, bool strip, unsigned threads, Control& control);
 
+  // Order of need: smaller needs a picture more.
+  struct Need {
+    Verdict verdict;
+    double share;  // share of the limit
+    std::string name;
+    bool operator<(const Need& other) const;
+  };
+  static Need need_of(const GateOutcome& outcome);  // precondition: it is measured
+
   using Told = std::function<void(std::size_t done, std::size_t all)>;  // of the pictures that end() makes
   // Makes the pictures of gates that pass, which reads their files again, as many at a time as there are `threads`, and
   // returns all in the order of the outcomes; without a report none. `told`: called at the beginning and when one is
@@ -52,16 +61,8 @@ class Gallery {
                                const Told& told = {});
 
  private:
-  // Order of need: smaller needs a picture more.
-  struct Need {
-    Verdict verdict;
-    double share;  // share of the limit
-    std::string name;
-    bool operator<(const Need& other) const;
-  };
   using Outcomes = std::vector<const GateOutcome*>;
 
-  static Need need_of(const GateOutcome& outcome);
   bool is_needed_now(const Need& need);
   void keep(const Need& need, GatePicture picture);
   Outcomes undrawn(const Report& report) const;

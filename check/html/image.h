@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -45,5 +46,12 @@ std::vector<std::byte> to_png(const Image& image);  // throws std::bad_alloc if 
 // A PNG of at most `bytes`, if that is 100 or more: with fewer levels of each colour, then half as large, until it
 // fits. Precondition: the image is opaque.
 std::vector<std::byte> to_png_within(const Image& image, std::size_t bytes);
+
+// The same PNG with a text chunk that says what has made it, "Software: meshgauge", and is kMarkBytes larger.
+constexpr std::size_t kMarkBytes = 30;
+std::vector<std::byte> marked(std::vector<std::byte> png);
+// Whether a file that begins so is such a PNG. Its first kMarkedBytes decide.
+constexpr std::size_t kMarkedBytes = 33 + kMarkBytes;
+bool is_marked(std::span<const std::byte> beginning);
 
 }  // namespace meshgauge::check

@@ -204,7 +204,7 @@ std::vector<std::byte> strip_png(const Scene& scene, const Prepared& candidate, 
   if (direction != Direction::a_to_b) add_distance(shown.baseline, candidate);
   shown.camera = common_camera(scene, candidate.mesh(), baseline.mesh());
   if (scene.witness) shown.mark = shown.camera.see(scene.witness->from);
-  return to_png_within(strip_of(shown, scene.pool), kStripBytes);
+  return marked(to_png_within(strip_of(shown, scene.pool), kStripBytes - kMarkBytes));
 }
 
 void draw_surfaces(const Scene& scene, const Prepared& candidate, const Prepared& baseline, const Box& box,

@@ -9,16 +9,19 @@
 #include <utility>
 #include <vector>
 
+#include "engine/control.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
 
-// For one thread at a time; blocks until git has ended. Errors are internal and say what git says: it is not
-// installed, the folder is in no repository, or what the command does not find.
+// For one thread at a time; blocks until git has ended, ten minutes at most. Errors are internal and say what git says:
+// it is not installed, the folder is in no repository, or what the command does not find; or that it was interrupted.
+// Nothing is fetched, and a bare repository is none, since its files may be tracked ones of another repository.
 class Git {
  public:
   // Commands run in `folder`, which decides on the repository: GIT_DIR and the like are not passed on.
-  explicit Git(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit Git(std::filesystem::path folder, Interrupted interrupted = never_interrupted)
+      : folder_(std::move(folder)), interrupted_(std::move(interrupted)) {}
 
   // Returns what the command prints, without the last line end. Precondition: no argument that comes from outside
   // begins with '-'.
@@ -30,6 +33,7 @@ class Git {
 
  private:
   std::filesystem::path folder_;
+  Interrupted interrupted_;
 };
 
 }  // namespace meshgauge::check

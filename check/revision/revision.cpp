@@ -5,15 +5,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <deque>
-#include <iterator>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
+#include "api/base/digest.h"
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/base/text.h"
@@ -29,6 +31,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSubmodule = "160000", kSymbolicLink = "120000";  // modes of git's trees
 constexpr std::size_t kMostPointerBytes = 1024;                              // as Git LFS has it
+constexpr std::size_t kPeekedBytes = 4096;                                   // which tell a glTF from other files
+constexpr std::uint64_t kMostCopiedBytes = std::uint64_t{64} << 30U;         // of all copies together
 
 Error bad_revision(const std::string& why) { return bad_flag("--against", why); }
 
@@ -55,20 +59,37 @@ class Lines {
   std::size_t room_ = 0;
 };
 
-bool copy_bytes(std::FILE* from, std::uint64_t count, const fs::path& place) {
+struct FileClosed {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using OpenFile = std::unique_ptr<std::FILE, FileClosed>;
+
+enum class Copied { whole, nowhere, no_room, cut };
+
+// Copies so many bytes to a new file. nowhere: there can be no such file, and the bytes are passed over. cut: `from`
+// has fewer. `sha256`: takes what is read.
+Copied copy_bytes(std::FILE* from, std::uint64_t count, const fs::path& place, api::Sha256* sha256 = nullptr) {
   std::error_code failed;
   fs::create_directories(place.parent_path(), failed);
-  std::FILE* to = std::fopen(place.c_str(), "wbxe");
-  if (!to) return false;
-  std::array<char, 1 << 16> piece{};
-  bool good = true;
-  while (good && count > 0) {
+  OpenFile to(std::fopen(place.c_str(), "wbxe"));
+  std::array<std::byte, 1 << 16> piece{};
+  while (count > 0) {
     const auto most = static_cast<std::size_t>(std::min<std::uint64_t>(count, piece.size()));
     const std::size_t read = std::fread(piece.data(), 1, most, from);
-    good = read > 0 && std::fwrite(piece.data(), 1, read, to) == read;
+    if (read == 0) return Copied::cut;
+    if (sha256) sha256->update(std::span(piece).first(read));
+    if (to && std::fwrite(piece.data(), 1, read, to.get()) != read) return Copied::no_room;
     count -= read;
   }
-  return std::fclose(to) == 0 && good;
+  if (!to) return Copied::nowhere;
+  return std::fclose(to.release()) == 0 ? Copied::whole : Copied::no_room;
+}
+
+// Whether the bytes at the beginning of the file are those of a glTF.
+bool is_gltf(const fs::path& file) {
+  const OpenFile in(std::fopen(file.c_str(), "rbe"));
+  std::array<std::byte, kPeekedBytes> piece{};
+  return in && api::is_gltf_json(std::span(piece).first(std::fread(piece.data(), 1, piece.size(), in.get())));
 }
 
 // The digest in the pointer of Git LFS; empty: the text is none.
@@ -80,12 +101,15 @@ std::string digest_of_pointer(std::string_view text) {
   return api::is_lower_hex(digest, 64) ? std::string(digest) : "";
 }
 
-// The names of the files that a glTF needs; none of another file.
+// The names of the files that a glTF needs beside it; none of another file.
 std::vector<std::string> companions_of(const fs::path& file) {
+  if (!is_gltf(file)) return {};
   const auto whole = api::WholeFile::open(file.string());
-  if (!whole || !api::is_gltf_json(whole->bytes())) return {};
+  if (!whole) return {};
   std::vector<std::string> names = api::files_named_by(whole->bytes());
-  std::erase_if(names, [](const std::string& name) { return name.empty() || api::is_scene_path(name); });
+  std::erase_if(names, [&](const std::string& name) {
+    return name.empty() || api::is_scene_path(name) || name == file.filename().string();
+  });
   if (names.size() > api::kMostBundleFiles) names.clear();  // refused where it is read
   return names;
 }
@@ -96,6 +120,12 @@ std::string folder_in_repository(const std::string& path) {
 }
 
 std::string_view name_in_folder(std::string_view path) { return path.substr(path.rfind('/') + 1); }
+
+// Whether the path is one of `paths`, or on the way to one.
+bool leads_to(const std::set<std::string>& paths, const std::string& path) {
+  const auto below = paths.lower_bound(path + "/");
+  return paths.contains(path) || (below != paths.end() && below->starts_with(path + "/"));
+}
 
 void add_defect(Gate& gate, const std::string& what) {
   gate.defects.push_back({gate.line, gate.line > 0 ? 1 : 0, "the baseline " + shown_path(gate.baseline) + " " + what});
@@ -108,12 +138,12 @@ Revision::Folder::~Folder() {
   if (!path.empty()) fs::remove_all(path, none);
 }
 
-Result<Revision> Revision::open(const std::string& ref, const fs::path& folder) {
+Result<Revision> Revision::open(const std::string& ref, const fs::path& folder, const Interrupted& interrupted) {
   if (ref.empty()) return bad_revision("is empty: name a revision, as in --against main");
   // So it is no option: --end-of-options is not known to git before 2.30.
   if (ref.front() == '-') return bad_revision(api::shown_text(ref) + " begins with '-', as no name of a revision does");
   const fs::path start = folder.empty() ? fs::path(".") : folder;
-  Git git(start);
+  Git git(start, interrupted);
   const auto top = git.output({"rev-parse", "--show-toplevel"});
   if (!top) return bad_revision("needs the git repository of " + shown_path(start) + ": " + top.error().message);
   const auto commit = git.output({"rev-parse", "--verify", ref + "^{commit}"});
@@ -132,15 +162,19 @@ Result<Revision> Revision::open(const std::string& ref, const fs::path& folder) 
   return revision;
 }
 
-Result<Done> Revision::read_tree() {
+Result<Done> Revision::read_tree(const std::set<std::string>& paths) {
+  std::set<std::string> names;
+  for (const std::string& path : paths) names.emplace(name_in_folder(path));
   return git_.run({"ls-tree", "-r", "-z", "--full-tree", name_.commit}, "", [&](std::FILE* out) {
     Lines lines(out);
     for (std::string_view line; lines.next(line, '\0');) {
       constexpr auto kNone = std::string_view::npos;  // "MODE TYPE OBJECT<tab>PATH"
       const std::size_t mode = line.find(' '), type = line.find(' ', mode + 1), tab = line.find('\t');
       if (mode == kNone || type == kNone || tab == kNone) return false;
-      tree_[std::string(line.substr(tab + 1))] = {std::string(line.substr(0, mode)),
-                                                  std::string(line.substr(type + 1, tab - type - 1))};
+      const std::string path(line.substr(tab + 1)), name(name_in_folder(path));
+      if (leads_to(paths, path))
+        tree_[path] = {std::string(line.substr(0, mode)), std::string(line.substr(type + 1, tab - type - 1))};
+      if (names.contains(name) && namesakes_[name].size() < 2) namesakes_[name].insert(path);
     }
     return true;
   });
@@ -156,12 +190,19 @@ Result<Done> Revision::make_folder() {
   return Done{};
 }
 
+// Links of the work tree are not followed, since its author may have put them in the place of what the revision has.
 Result<std::string> Revision::path_of(const fs::path& baseline) const {
   std::error_code failed;
-  const fs::path whole = fs::absolute(baseline, failed);
-  const fs::path place = fs::weakly_canonical(whole.parent_path(), failed) / whole.filename();
-  const fs::path path = place.lexically_relative(top_);
-  if (!failed && !path.empty() && is_below(place, top_)) return path.generic_string();
+  const fs::path whole = fs::absolute(baseline, failed).lexically_normal();
+  fs::path above;  // the outermost folder that is in the work tree, however it is called
+  for (const fs::path& part : whole) {
+    above /= part;
+    if (failed || above == whole) break;
+    const fs::path real = fs::weakly_canonical(above, failed);
+    if (failed || !is_below(real, top_)) continue;
+    const fs::path path = (real / whole.lexically_relative(above)).lexically_relative(top_);
+    return path.lexically_normal().generic_string();
+  }
   return refused("is outside of the repository " + shown_path(top_) + ", from which --against reads");
 }
 
@@ -186,28 +227,28 @@ Result<std::string> Revision::object_of(const std::string& path) const {
 
 // Where a file of the same name was, if there is one.
 std::string Revision::elsewhere(const std::string& path) const {
-  const auto same = [&](const auto& one) { return name_in_folder(one.first) == name_in_folder(path); };
-  const auto first = std::ranges::find_if(tree_, same);
-  if (first == tree_.end() || std::find_if(std::next(first), tree_.end(), same) != tree_.end())
-    return ": it is new, or had another name there";
-  return ": there it is " + shown_path(first->first);
+  const auto same = namesakes_.find(std::string(name_in_folder(path)));
+  if (same == namesakes_.end() || same->second.size() != 1) return ": it is new, or had another name there";
+  return ": there it is " + shown_path(*same->second.begin());
 }
 
-Revision::Copy& Revision::copy_of(const std::string& path) {
+void Revision::find_object(Copy& copy) const {
+  const auto object = object_of(copy.path);
+  (object ? copy.object : copy.defect) = object ? *object : object.error().message;
+}
+
+void Revision::add_copy(const std::string& path) {
   const auto [copy, is_new] = copies_.try_emplace(path);
-  if (!is_new) return copy->second;
-  auto object = object_of(path);
+  if (!is_new) return;
   copy->second.path = path;
   copy->second.place = folder_->path / std::to_string(copies_.size()) / name_in_folder(path);
-  (object ? copy->second.object : copy->second.defect) = object ? *object : object.error().message;
-  return copy->second;
+  find_object(copy->second);
 }
 
 Result<Done> Revision::fetch(const Needed& needed) {
   if (needed.empty()) return Done{};
-  std::string asked;
+  std::string asked, trouble;
   for (const Copy* copy : needed) asked += copy->object + "\n";
-  bool is_written = true;
   const auto done = git_.run({"cat-file", "--batch"}, asked, [&](std::FILE* out) {
     Lines lines(out);
     for (Copy* copy : needed) {
@@ -221,18 +262,26 @@ Result<Done> Revision::fetch(const Needed& needed) {
       const std::size_t space = line.rfind(' ');
       api::parse_integer(line.data() + space + 1, line.data() + line.size(), bytes);
       if (space == std::string_view::npos || bytes < 0) return false;
-      const bool is_copied = copy_bytes(out, static_cast<std::uint64_t>(bytes), copy->place);
-      is_written = is_copied || std::feof(out) != 0 || std::ferror(out) != 0;
-      if (!is_copied || std::fgetc(out) != '\n') return false;
-      resolve_pointer(*copy);
+      if (!take(*copy, out, static_cast<std::uint64_t>(bytes), trouble) || std::fgetc(out) != '\n') return false;
+      if (copy->defect.empty()) resolve_pointer(*copy);
     }
     return true;
   });
-  if (!is_written)
-    return bad_revision("the files of " + name_.in_words() + " cannot be copied to " + shown_path(folder_->path) +
-                        ": is there room?");
+  if (!trouble.empty()) return bad_revision("the files of " + name_.in_words() + " " + trouble);
   if (!done) return bad_revision(done.error().message);
   return Done{};
+}
+
+bool Revision::take(Copy& copy, std::FILE* from, std::uint64_t bytes, std::string& trouble) {
+  copied_bytes_ += bytes;
+  if (copied_bytes_ > kMostCopiedBytes) {
+    trouble = "are larger than 64 GiB together: check them by several manifests";
+    return false;
+  }
+  const Copied copied = copy_bytes(from, bytes, copy.place);
+  if (copied == Copied::no_room) trouble = "cannot be copied to " + shown_path(folder_->path) + ": is there room?";
+  if (copied == Copied::nowhere) copy.defect = "cannot be copied: its name is no file's name here";
+  return copied == Copied::whole || copied == Copied::nowhere;
 }
 
 // Replaces the pointer of Git LFS by its content.
@@ -242,34 +291,44 @@ void Revision::resolve_pointer(Copy& copy) const {
   if (digest.empty()) return;
   const fs::path object = lfs_ / "objects" / digest.substr(0, 2) / digest.substr(2, 2) / digest;
   std::error_code failed;
-  if (!fs::is_regular_file(object, failed)) {
+  const bool is_here = fs::is_regular_file(object, failed);
+  const OpenFile from(is_here ? std::fopen(object.c_str(), "rbe") : nullptr);
+  const std::uint64_t bytes = is_here ? fs::file_size(object, failed) : 0;
+  if (!from || failed) {
     copy.defect = std::string(api::kLfsPointer) + " in " + name_.in_words() +
                   ", and its content is not here: fetch it by 'git lfs fetch' with the name of the remote and of the "
                   "revision";
     return;
   }
   fs::remove(copy.place, failed);
-  fs::create_hard_link(object, copy.place, failed);
-  if (failed) fs::copy_file(object, copy.place, failed);
-  if (failed) copy.defect = "cannot be copied: " + failed.message();
+  api::Sha256 sha256;
+  if (copy_bytes(from.get(), bytes, copy.place, &sha256) != Copied::whole)
+    copy.defect = "cannot be copied from the store of Git LFS: is there room in " + shown_path(folder_->path) + "?";
+  else if (sha256.hex() != digest)
+    copy.defect = "has another content in the store of Git LFS than its pointer says: run 'git lfs fsck'";
 }
 
 // Copies the files that glTF files name beside them.
 Result<Done> Revision::fetch_companions() {
   std::deque<Copy> companions;
   std::vector<std::pair<Copy*, std::string>> named;  // the file and its name of each companion
-  Needed needed;
+  std::set<std::string> paths;
   for (auto& [path, copy] : copies_) {
     if (!copy.defect.empty()) continue;
     for (const std::string& name : companions_of(copy.place)) {
       Copy& companion = companions.emplace_back();
       companion.path = folder_in_repository(path) + name;
       companion.place = copy.place.parent_path() / name;
-      const auto object = object_of(companion.path);
-      (object ? companion.object : companion.defect) = object ? *object : object.error().message;
-      if (object) needed.push_back(&companion);
+      paths.insert(companion.path);
       named.emplace_back(&copy, name);
     }
+  }
+  if (companions.empty()) return Done{};
+  if (auto ok = read_tree(paths); !ok) return bad_revision(ok.error().message);
+  Needed needed;
+  for (Copy& companion : companions) {
+    find_object(companion);
+    if (companion.defect.empty()) needed.push_back(&companion);
   }
   if (auto ok = fetch(needed); !ok) return ok;
   for (std::size_t i = 0; i < companions.size(); ++i) {
@@ -281,13 +340,16 @@ Result<Done> Revision::fetch_companions() {
 }
 
 Result<Done> Revision::take_baselines(std::vector<Gate>& gates) {
-  if (auto ok = read_tree(); !ok) return bad_revision(ok.error().message);
-  if (auto ok = make_folder(); !ok) return ok;
-  std::vector<Copy*> of_gates;
+  std::vector<std::string> paths;  // of the gates; empty: it has none
   for (Gate& gate : gates) {
     const auto path = path_of(gate.baseline);
-    of_gates.push_back(path ? &copy_of(*path) : nullptr);
+    paths.push_back(path ? *path : "");
     if (!path) add_defect(gate, path.error().message);
+  }
+  if (auto ok = read_tree({paths.begin(), paths.end()}); !ok) return bad_revision(ok.error().message);
+  if (auto ok = make_folder(); !ok) return ok;
+  for (const std::string& path : paths) {
+    if (!path.empty()) add_copy(path);
   }
   Needed needed;
   for (auto& [path, copy] : copies_) {
@@ -299,10 +361,12 @@ Result<Done> Revision::take_baselines(std::vector<Gate>& gates) {
   const auto places = std::make_shared<api::Copies>();
   for (const auto& [path, copy] : copies_) places->emplace(name_of(path), copy.place.string());
   for (std::size_t i = 0; i < gates.size(); ++i) {
-    if (!of_gates[i]) continue;
-    gates[i].baseline = name_of(of_gates[i]->path);
+    // A file may have the name of a copy, which stands in its place.
+    if (places->contains(gates[i].candidate.string())) gates[i].candidate = "." / gates[i].candidate;
+    if (paths[i].empty()) continue;
+    gates[i].baseline = name_of(paths[i]);
     gates[i].copies = places;
-    if (!of_gates[i]->defect.empty()) add_defect(gates[i], of_gates[i]->defect);
+    if (const Copy& copy = copies_.at(paths[i]); !copy.defect.empty()) add_defect(gates[i], copy.defect);
   }
   return Done{};
 }

@@ -1,9 +1,12 @@
 // Baselines of a git revision: --against.
 #pragma once
 
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +15,7 @@
 #include "check/gate.h"
 #include "check/outcome.h"
 #include "check/revision/git.h"
+#include "engine/control.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
@@ -21,15 +25,17 @@ namespace meshgauge::check {
 class Revision {
  public:
   // `ref`: anything that git takes for a commit. `folder`: a folder of the repository's work tree. Blocks. An Error
-  // names --against: an empty `ref` or one that begins with '-', no repository, no such revision, no git.
-  static Result<Revision> open(const std::string& ref, const std::filesystem::path& folder);
+  // names --against: an empty `ref` or one that begins with '-', no repository, no such revision, no git. Once
+  // `interrupted`, this and take_baselines() end with an Error.
+  static Result<Revision> open(const std::string& ref, const std::filesystem::path& folder,
+                               const Interrupted& interrupted = never_interrupted);
 
   const RevisionName& name() const { return name_; }
 
   // Replaces the baseline of each gate by the file of that path in the revision, named "REF:path" and copied with the
-  // files that it needs (Gate::copies). The content of a Git LFS pointer comes from the repository's own store. What
-  // the revision does not hold is a defect of its gate. An Error: the copies cannot be made. Precondition: called once;
-  // the object outlives the measurement.
+  // files that it needs (Gate::copies); a candidate that is called so gets "./" before its name. The content of a Git
+  // LFS pointer comes from the repository's own store. What the revision does not hold is a defect of its gate. An
+  // Error: the copies cannot be made. Precondition: called once; the object outlives the measurement.
   Result<Done> take_baselines(std::vector<Gate>& gates);
 
   // Before the process ends without destructors; nothing is read after it.
@@ -55,22 +61,29 @@ class Revision {
 
   Revision(Git git, RevisionName name) : git_(std::move(git)), name_(std::move(name)) {}
 
-  Result<Done> read_tree();
+  // Adds what the revision has at these paths, or on the way to them, to tree_, and the files of the same names to
+  // namesakes_.
+  Result<Done> read_tree(const std::set<std::string>& paths);
   Result<Done> make_folder();
   // The path in the repository, or what is wrong with it.
   Result<std::string> path_of(const std::filesystem::path& baseline) const;
   Result<std::string> object_of(const std::string& path) const;
   std::string elsewhere(const std::string& path) const;
-  Copy& copy_of(const std::string& path);
+  void add_copy(const std::string& path);
+  void find_object(Copy& copy) const;
   Result<Done> fetch(const Needed& needed);
   Result<Done> fetch_companions();
+  // Copies so many bytes of `from`. False: it cannot go on, as `trouble` says unless `from` failed.
+  bool take(Copy& copy, std::FILE* from, std::uint64_t bytes, std::string& trouble);
   void resolve_pointer(Copy& copy) const;
 
   Git git_;
   RevisionName name_;
   std::filesystem::path top_;          // of the work tree
   std::filesystem::path lfs_;          // the store of Git LFS
-  std::map<std::string, Entry> tree_;  // by path
+  std::map<std::string, Entry> tree_;  // by path: those that are needed
+  std::map<std::string, std::set<std::string>> namesakes_;  // by the name of a file: paths of it, two at most
+  std::uint64_t copied_bytes_ = 0;
   std::map<std::string, Copy> copies_;
   std::unique_ptr<Folder> folder_;
 };

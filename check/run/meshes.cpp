@@ -19,12 +19,14 @@ namespace {
 
 constexpr std::chrono::milliseconds kMeshTick{10};
 
-// Two paths to one file are one mesh. The file's name is part of the key, since its suffix may decide the format, and
-// for a .gltf the folder, which holds its other files.
-std::string key_of(const std::filesystem::path& file) {
+// Two paths to one file are one mesh; what `copies` names is never another file of that name. The file's name is part
+// of the key, since its suffix may decide the format, and for a .gltf the folder, which holds its other files.
+std::string key_of(const std::filesystem::path& file, const api::Copies* copies) {
   std::error_code failed;
+  const auto copy = copies ? copies->find(file.string()) : api::Copies::const_iterator{};
+  const auto place = copies && copy != copies->end() ? std::filesystem::path(copy->second) : file;
   const bool has_folder = api::format_by_name(file.string()) == api::Format::gltf;
-  const auto real = std::filesystem::canonical(has_folder ? api::folder_of(file) : file, failed);
+  const auto real = std::filesystem::canonical(has_folder ? api::folder_of(place) : place, failed);
   return (failed ? file : real).string() + '\n' + file.filename().string();
 }
 
@@ -71,7 +73,7 @@ Meshes::Meshes(const std::vector<Gate>& gates, unsigned turns) {
   for (const Gate& gate : gates) {
     for (const auto& file : {gate.candidate, gate.baseline}) {
       Entry*& entry = of_file_[file];
-      if (!entry) entry = &entries_[key_of(file)];
+      if (!entry) entry = &entries_[key_of(file, gate.copies.get())];
       entry->uses += turns;
       entry->pipes = gate.pipes;
       entry->copies = gate.copies;

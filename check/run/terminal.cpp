@@ -4,10 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <string_view>
 #include <vector>
 
+#include "api/base/text.h"
 #include "api/base/utf8.h"
 #include "check/reports/wording.h"
 #include "check/text.h"
@@ -212,15 +214,16 @@ void ProgressDisplay::ended(const GateOutcome& outcome, const Standing& standing
   const Line row = shown_line(outcome, rule);
   const std::string place = "[" + std::to_string(standing.done) + "/" + std::to_string(standing.gates) + "] ";
   if (columns_ == 0) {
-    std::fprintf(out_, "%s%s  %s  %s  %s\n", place.c_str(), coloured(row.verdict, row.colour, colour_).c_str(),
-                 row.name.c_str(), row.interval.c_str(), row.time.c_str());
+    const std::string line = place + coloured(row.verdict, row.colour, colour_) + "  " + row.name + "  " +
+                             row.interval + "  " + row.time + "\n";
+    std::fputs(for_log(line).c_str(), out_);
     std::fflush(out_);
   }
 }
 
 void ProgressDisplay::say(const std::string& line) {
   clear();
-  std::fprintf(out_, "%s\n", line.c_str());
+  std::fprintf(out_, "%s\n", for_log(line).c_str());
   std::fflush(out_);
 }
 
@@ -234,6 +237,22 @@ unsigned terminal_columns(int file) {
   if (isatty(file) == 0) return 0;
   winsize size{};
   return ioctl(file, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col : 80;
+}
+
+bool is_on_github() {
+  const char* value = std::getenv("GITHUB_ACTIONS");
+  return value && std::string_view(value) == "true";
+}
+
+std::string for_log(std::string text) {
+  if (!is_on_github()) return text;
+  api::replace_all(text, "##[", "##\\x5B");
+  for (std::size_t line = 0; line < text.size(); ++line) {
+    const std::size_t first = text.find_first_not_of(" \t", line);
+    if (first != std::string::npos && text.compare(first, 2, "::") == 0) text.replace(first, 1, "\\x3A");
+    line = std::min(text.find('\n', line), text.size());
+  }
+  return text;
 }
 
 }  // namespace meshgauge::check

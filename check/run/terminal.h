@@ -42,4 +42,10 @@ class ProgressDisplay {
 
 unsigned terminal_columns(int file);  // 0: not a terminal
 
+// Whether GitHub Actions runs this, which takes lines of its log for commands.
+bool is_on_github();
+// Returns text for standard output or error, as it is. On GitHub Actions what would be a command there, "##[" in a line
+// and "::" at its beginning, has an escape in it: names of files and gates are foreign text.
+std::string for_log(std::string text);
+
 }  // namespace meshgauge::check

@@ -9,6 +9,7 @@ import http.client
 import json
 import os
 import pathlib
+import posixpath
 import re
 import signal
 import sys
@@ -28,6 +29,10 @@ PICTURE = re.compile(r"^<!-- picture: ([a-z0-9_.~-]+) -->\n", re.M)
 
 class NoComment(Exception):
     """Why there is none."""
+
+
+class NoRight(NoComment):
+    """The token is refused."""
 
 
 class NoRedirect(urllib.request.HTTPRedirectHandler):
@@ -52,7 +57,9 @@ def call(method, path, body=None):
         with OPENER.open(request, timeout=SECONDS) as answer:
             text = answer.read(MOST_BYTES + 1) if method == "GET" else b"null"
     except urllib.error.HTTPError as error:
-        raise NoComment(NO_RIGHT if error.code in (401, 403, 404) else f"GitHub's API answered {int(error.code)}") from None
+        if error.code in (401, 403, 404):
+            raise NoRight(NO_RIGHT) from None
+        raise NoComment(f"GitHub's API answered {int(error.code)}") from None
     except (OSError, http.client.HTTPException):
         raise NoComment("GitHub's API was not reached") from None
     if len(text) > MOST_BYTES:
@@ -63,27 +70,35 @@ def call(method, path, body=None):
         raise NoComment("an answer of GitHub's API is no JSON") from None
 
 
-def is_ours(comment, marker):
-    """A comment that a stranger begins with the marker is not."""
+def identity():
+    """The name of the token's account; None: it is that of an app, such as the runs of a workflow, which GitHub does not tell."""
+    try:
+        user = call("GET", "/user")
+    except NoRight:
+        return None
+    return user.get("login") if isinstance(user, dict) else None
+
+
+def is_ours(comment, marker, login):
+    """A comment that another account begins with the marker is not."""
     if not isinstance(comment, dict) or not isinstance(comment.get("id"), int):
         return False
     user = comment.get("user")
-    is_bot = isinstance(user, dict) and user.get("type") == "Bot"
-    is_member = comment.get("author_association") in ("OWNER", "MEMBER", "COLLABORATOR")
-    return (is_bot or is_member) and str(comment.get("body")).startswith(marker)
+    if not isinstance(user, dict) or not str(comment.get("body")).startswith(marker):
+        return False
+    return user.get("type") == "Bot" if login is None else user.get("login") == login
 
 
-def find(comments, marker):
-    """The comment's id, or None."""
+def find(comments, marker, login):
+    """The ids of the comments of this manifest, the oldest first."""
+    ids = []
     for page in range(1, MOST_PAGES + 1):
         found = call("GET", f"{comments}?per_page={PER_PAGE}&page={page}")
         if not isinstance(found, list):
             raise NoComment("an answer of GitHub's API is no list")
-        for comment in found:
-            if is_ours(comment, marker):
-                return comment["id"]
+        ids += [comment["id"] for comment in found if is_ours(comment, marker, login)]
         if len(found) < PER_PAGE:
-            return None
+            return ids
     raise NoComment("the pull request has too many comments")
 
 
@@ -117,6 +132,22 @@ def body_of(marker, commit):
     return f"{marker}\n{body}{end}"
 
 
+def newest_commit(repository, number):
+    pull = call("GET", f"/repos/{repository}/pulls/{number}")
+    head = pull.get("head") if isinstance(pull, dict) else None
+    if not isinstance(head, dict):
+        raise NoComment("an answer of GitHub's API is no pull request")
+    return head.get("sha")
+
+
+def remove(comment):
+    """Another run may have removed it."""
+    try:
+        call("DELETE", comment)
+    except NoRight:
+        pass
+
+
 def keep():
     """Writes the comment. Returns what was done."""
     event = json.loads(pathlib.Path(os.environ["GITHUB_EVENT_PATH"]).read_text("utf-8"))
@@ -124,17 +155,26 @@ def keep():
     head = pull["head"].get("repo") or {}
     if os.environ.get("GITHUB_EVENT_NAME") == "pull_request" and head.get("full_name") != repository:
         raise NoComment("it comes from a fork, whose runs may not write one")
-    marker = f"<!-- meshgauge: {urllib.parse.quote(os.environ['COMMENT_MANIFEST'], safe='/._ ')} -->"
-    place = f"/repos/{repository}/issues"
-    comments = f"{place}/{int(pull['number'])}/comments"
-    body = body_of(marker, str(pull["head"]["sha"]))
-    known = find(comments, marker)
-    if known is not None:
-        call("PATCH", f"{place}/comments/{known}", body)
+    manifest = posixpath.normpath(os.environ["COMMENT_MANIFEST"])
+    marker = f"<!-- meshgauge: {urllib.parse.quote(manifest, safe='/._ ')} -->"
+    place, number, commit = f"/repos/{repository}/issues", int(pull["number"]), str(pull["head"]["sha"])
+    comments = f"{place}/{number}/comments"
+    body = body_of(marker, commit)
+    login = identity()
+    known = find(comments, marker, login)
+    if newest_commit(repository, number) != commit:
+        return "the pull request has a newer commit, whose run writes the comment"
+    if known:
+        call("PATCH", f"{place}/comments/{known[0]}", body)
         return "the comment on the pull request is up to date"
     if os.environ.get("COMMENT") != "always" and os.environ.get("COMMENT_VERDICT") == "pass":
         return "every gate passes, and there is no comment to bring up to date"
     call("POST", comments, body)
+    first, *others = find(comments, marker, login) or [None]
+    if others:  # of runs at the same time
+        call("PATCH", f"{place}/comments/{first}", body)
+        for other in others:
+            remove(f"{place}/comments/{other}")
     return "the pull request has a comment"
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The step `pictures` of action.yml: puts the pictures of a pull request's run on a branch that has nothing else, and gives the comment
 # their address. It always succeeds: without pictures the comment has its words. The branch is one commit without a past, of the last
-# run of each manifest of the last pull requests.
+# run of each job and manifest of the last pull requests.
 set -uo pipefail
 
 branch=${PICTURES_BRANCH:-}
@@ -9,7 +9,7 @@ reports=${PICTURES_REPORTS:-meshgauge-reports}
 url=$GITHUB_SERVER_URL/$GITHUB_REPOSITORY
 subject='Pictures of meshgauge'
 most_pictures=10  # as in comment.py
-most_folders=30
+most_pulls=30
 
 leave() { printf 'meshgauge: no pictures in the comment: %s\n' "$1"; exit 0; }
 # What git says might show the token.
@@ -25,11 +25,11 @@ names_of_pictures() {
 
 is_branch() { [[ $1 =~ ^[A-Za-z0-9][A-Za-z0-9._/-]*$ ]] && git check-ref-format "refs/heads/$1"; }
 
+[[ $reports == /* ]] || reports=$PWD/$reports
 command -v git >/dev/null || leave 'this runner has no git'
 is_branch "$branch" || leave 'the input pictures-branch is no name of a branch'
 mapfile -t names < <(names_of_pictures)
 ((${#names[@]} > 0)) || leave 'there are none'
-top=$PWD
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 0
@@ -42,13 +42,18 @@ GIT_CONFIG_VALUE_0="Authorization: Basic $(printf 'x-access-token:%s' "${PICTURE
 export GIT_CONFIG_VALUE_0
 git init -q . || leave 'git does not start'
 
-folder=$PICTURES_PULL-$(printf '%s\n' "${PICTURES_MANIFEST:-}" | cksum | cut -d ' ' -f 1)
+hashes=()
+for name in "${names[@]}"; do
+  hashes+=("$(git hash-object -w -- "$reports/pictures/$name")") || leave 'git does not take them'
+done
+
+folder=$PICTURES_PULL-$(printf '%s\n' "${PICTURES_MANIFEST:-}" "${GITHUB_JOB:-}" | cksum | cut -d ' ' -f 1)
 place=$folder/$GITHUB_RUN_ID-${GITHUB_RUN_ATTEMPT:-1}
 
 # Makes a commit of what the branch has and of this run's pictures, and pushes it unless the branch has changed meanwhile.
 # False: it has, or git failed.
 put() {
-  local old='' name hash commit stale
+  local old='' commit pull i
   old=$(limited git ls-remote "$url" "refs/heads/$branch") || return
   rm -f .git/index
   if [[ -n $old ]]; then
@@ -56,14 +61,14 @@ put() {
     old=$(git rev-parse FETCH_HEAD) || return
     # Another branch is never written over.
     [[ $(git log -1 --format=%s "$old") == "$subject" ]] || leave "the branch '$branch' has something else"
-    git read-tree "$old"
+    git read-tree "$old" || return
   fi
   # Other pictures of this manifest, and those of the oldest pull requests.
-  git ls-files | cut -d / -f 1 | sort -u -t - -k 1,1n -k 2 | grep -vxF "$folder" | head -n "-$((most_folders - 1))" >stale
-  for stale in "$folder" $(<stale); do git rm -rq --cached --ignore-unmatch -- "$stale"; done
-  for name in "${names[@]}"; do
-    hash=$(git hash-object -w -- "$top/$reports/pictures/$name") || return
-    git update-index --add --cacheinfo "100644,$hash,$place/$name" || return
+  git ls-files | cut -d - -f 1 | sort -nu | grep -vxF "$PICTURES_PULL" | head -n "-$((most_pulls - 1))" >stale
+  git rm -rq --cached --ignore-unmatch -- "$folder" || return
+  while read -r pull; do git rm -rq --cached --ignore-unmatch -- "$pull-*" || return; done <stale
+  for i in "${!names[@]}"; do
+    git update-index --add --cacheinfo "100644,${hashes[i]},$place/${names[i]}" || return
   done
   commit=$(git commit-tree -m "$subject" "$(git write-tree)") || return
   limited git push -q --force-with-lease="refs/heads/$branch:$old" "$url" "$commit:refs/heads/$branch"

@@ -42,32 +42,44 @@ class Run:
 class Baseline:
     """What a mesh is compared with. It may be written if it is a path and --meshgauge-update is given."""
 
-    def __init__(self, run: Run, request: pytest.FixtureRequest, expected: Any, call: int) -> None:
-        """`call`: from 1 on, of those of the test."""
+    def __init__(self, run: Run, request: pytest.FixtureRequest, expected: Any, call: int, is_default: bool) -> None:
+        """`call`: from 1 on, of those of the test. `is_default`: the test's name says the path."""
         self._run, self._request = run, request
         is_path = isinstance(expected, (str, os.PathLike))
         self.mesh = request.path.parent / expected if is_path else expected
         self.is_missing = is_path and not self.mesh.exists()
         self.may_be_written = is_path and run.updates
+        self._is_default = is_default
         self.writer: Optional[str] = None  # another test, or another call of this one, that has written it in this run
         self._test = request.node.nodeid + (f", call {call}" if call > 1 else "")
 
-    def write(self, actual: Any, why: str) -> None:
-        """Writes it unless this run has done so for another test, which `writer` then names."""
+    def content_for(self, actual: Any) -> bytes:
+        """What write() would write; fails the test if it could not."""
         __tracebackhide__ = True
         if not self.may_be_written:
-            pytest.fail(f"the baseline {self.mesh} {why}; pytest --meshgauge-update writes it", pytrace=False)
+            pytest.fail(f"the baseline {self.mesh} does not exist; pytest --meshgauge-update writes it", pytrace=False)
         source = _meshes.source_of(actual, "actual")
-        suffix = suffix_of(source)
+        suffix, content = suffix_of(source), source.to_file()
+        why = ""
         if suffix is not None and self.mesh.suffix.lower() != suffix:
-            pytest.fail(f"the baseline {self.mesh} cannot be written: name it *{suffix}", pytrace=False)
+            why = f"remove it, so that *{suffix} takes its place" if self._is_default else f"name it *{suffix}"
+        elif suffix == ".gltf" and _meshes.names_files(content):
+            why = "actual is a glTF of several files; give a .glb"
+        if why:
+            pytest.fail(f"the baseline {self.mesh} cannot be written: {why}", pytrace=False)
+        return content
+
+    def write(self, actual: Any) -> None:
+        """Writes it unless this run has done so for another test, which `writer` then names."""
+        __tracebackhide__ = True
+        content = self.content_for(actual)
         self.mesh.parent.mkdir(parents=True, exist_ok=True)
         with self._run.turn(self._request, self.mesh) as record:
             if record.exists() and (writer := record.read_text()) != self._test:
                 self.writer = writer
                 return
             staged = self.mesh.with_name(f".meshgauge-{os.getpid()}")  # whatever the length of the baseline's name
-            staged.write_bytes(source.to_file())
+            staged.write_bytes(content)
             staged.replace(self.mesh)
             record.write_text(self._test)
         self._run.written.append(str(self.mesh))
@@ -102,7 +114,8 @@ def _suffix_of_default(actual: Any) -> str:
 def _name_of_test(nodeid: str) -> str:
     """As a file's: "TestBox.test_lid-10" for test_it.py::TestBox::test_lid[10]. No two tests of a module have the same."""
     whole = nodeid.split("::", 1)[-1]
-    plain = re.sub(r"\[(.*)\]\Z", r"-\1", whole, flags=re.DOTALL).replace("::", ".")
+    name, bracket, parameters = whole.partition("[")
+    plain = name.replace("::", ".") + (f"-{parameters[:-1]}" if bracket else "")
     slug = slug_of(plain)
     return slug if slug == plain else f"{slug}-{digest_of(whole)}"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Optional, Union
@@ -113,6 +114,15 @@ def source_of(mesh: Any, part: str) -> Source:
     from meshgauge import _reader  # with all that it needs; files need it not
 
     return _reader.source_of_objects(mesh, part)
+
+
+def names_files(scene: bytes) -> bool:
+    """Whether a glTF names files beside it. A scene that cannot be read is left to its reader to refuse."""
+    try:
+        uris = [buffer.get("uri", "data:") for buffer in json.loads(scene).get("buffers", [])]
+        return any(not uri.startswith("data:") for uri in uris)
+    except (ValueError, AttributeError, TypeError, RecursionError):
+        return False
 
 
 def units_of(a: Source, b: Source) -> Optional[tuple[Optional[str], Optional[str]]]:

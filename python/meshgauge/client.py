@@ -240,18 +240,9 @@ def _upload(source: _meshes.Source, part: str) -> _Upload:
     if not isinstance(source, _meshes.File):
         return _Upload(content, "" if isinstance(source, _meshes.Content) else part + ".ply")
     file_name = os.path.basename(os.fsdecode(source.path))
-    if file_name.lower().endswith(".gltf") and _names_files(content):
+    if file_name.lower().endswith(".gltf") and _meshes.names_files(content):
         raise InputError(f"'{part}' is a glTF of several files: send a .glb, or a .zip of the .gltf and its files")
     return _Upload(content, file_name)
-
-
-def _names_files(scene: bytes) -> bool:
-    """Whether a glTF names files beside it. A scene that cannot be read is left to the service to refuse."""
-    try:
-        uris = [buffer.get("uri", "data:") for buffer in json.loads(scene).get("buffers", [])]
-        return any(not uri.startswith("data:") for uri in uris)
-    except (ValueError, AttributeError, TypeError, RecursionError):
-        return False
 
 
 def _sent(max_distance: Optional[_options.Length], options: Mapping[str, Any]) -> dict[str, Any]:

@@ -77,28 +77,32 @@ def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
     def check(actual: Any, expected: Any = _DEFAULT, max_distance: Optional[_options.Length] = None, *, cloud: bool = False,
               **options: Any) -> Result:
         __tracebackhide__ = True
-        if expected is _DEFAULT:
+        is_default = expected is _DEFAULT
+        if is_default:
             expected = default_place(request, actual, next(defaults))
-        baseline = Baseline(run, request, expected, next(calls))
-        if baseline.is_missing:
-            baseline.write(actual, "does not exist")
-        result = compare(actual, baseline.mesh, max_distance, **options)
+        baseline = Baseline(run, request, expected, next(calls), is_default)
+        mesh: Any = baseline.mesh
+        if baseline.is_missing:  # it is written when nothing else is wrong
+            content = baseline.content_for(actual)
+            mesh = actual if isinstance(actual, (str, os.PathLike)) else content
+        result = compare(actual, mesh, max_distance, **options)
         if result.verdict is None:
             raise TypeError("assert_mesh_close needs a limit: max_distance, max_share_beyond or zone, or expect")
         found = result.document["meshes"]["a"]
         if found["triangles"] == 0 and found["format"] != "xyz" and not cloud:
             pytest.fail(f"actual has {found['vertices']} points and no faces; if it is a point cloud, declare it by cloud=True",
                         pytrace=False)
-        if result.verdict != "pass" and baseline.may_be_written:
-            baseline.write(actual, "differs")
-            result = compare(actual, baseline.mesh, max_distance, **options)
+        if baseline.may_be_written and baseline.is_missing == (result.verdict == "pass"):
+            baseline.write(actual)
+            mesh = baseline.mesh
+            result = compare(actual, mesh, max_distance, **options)
             if result.verdict != "pass" and baseline.writer:
                 pytest.fail(f"the baseline {baseline.mesh} is that of {baseline.writer} as well, of another mesh: give each "
                             "its own", pytrace=False)
         if result.verdict != "pass":
             name = f"{slug_of(request.node.nodeid)}-{digest_of(request.node.nodeid)}-{next(reports)}.html"
             report = _Report(_folder_of_reports(request.config) / name, max_distance, {**options, "cloud": cloud})
-            pytest.fail(_in_words(result, report.written(actual, baseline.mesh)), pytrace=False)
+            pytest.fail(_in_words(result, report.written(actual, mesh)), pytrace=False)
         return result
 
     return check

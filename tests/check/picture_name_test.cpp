@@ -12,13 +12,18 @@ TEST_CASE("a plain name is the picture's, any other one is shortened and has a d
   CHECK(picture_name("part-7_b.stl") == "part-7_b.stl.png");
   const std::string odd = picture_name("Part A/B");
   CHECK(odd.starts_with("part-a-b-"));
-  CHECK(odd.size() == std::string("part-a-b-12345678.png").size());
+  CHECK(odd.size() == std::string("part-a-b-1234567812345678.png").size());
   CHECK(odd == picture_name("Part A/B"));
 }
 
 TEST_CASE("no name leads into another folder, hides its file or shares it") {
   std::set<std::string> names;
-  const std::string all[] = {"part",
+  const std::string all[] = {"Part A",
+                             "part-a-83d2558d4bdc274a",
+                             "part-a-83d2558d",
+                             "::",
+                             "71546855d6279ef7",
+                             "part",
                              "Part",
                              "PART",
                              "..",

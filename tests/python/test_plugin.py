@@ -1,9 +1,11 @@
 """The plugin for pytest, in runs of pytest of its own."""
 
 import importlib.util
+import json
 import os
 import pathlib
 import re
+import struct
 import sys
 import tempfile
 import traceback
@@ -143,7 +145,7 @@ def test_part(assert_mesh_close):
     assert_mesh_close(shapes.box(%s), **LIMIT)
     assert_mesh_close(shapes.box(3), shapes.box(3), **LIMIT)
     assert_mesh_close(shapes.box(4), **LIMIT)
-@pytest.mark.parametrize("what", ["10", "a/b", "a b"])
+@pytest.mark.parametrize("what", ["10", "a/b", "a b", "x::yz", "x.yz"])
 def test_each(assert_mesh_close, what):
     assert_mesh_close(shapes.box(len(what)), **LIMIT)
 class TestLid:
@@ -157,7 +159,7 @@ class TestLid:
         code, output = self.run_pytest(source % 10, "--meshgauge-update")
         self.assertEqual(code, 0, output)
         written = self.files()
-        self.assertEqual(len(written), 6, written)
+        self.assertEqual(len(written), 8, written)
         for name in ("TestLid.test_part.obj", "test_each-10.ply", "test_part+2.ply", "test_part.ply"):
             self.assertIn(f"test_it/{name}", written)
         odd = [name for name in written if re.fullmatch(r"test_it/test_each-a-b-[0-9a-f]{8}\.ply", name)]
@@ -178,7 +180,7 @@ def test_part(assert_mesh_close):
 """
         self.assertEqual(self.run_pytest(source % 1)[0], 0)
         code, output = self.run_pytest(source % 2, "--meshgauge-update")
-        self.assertEqual((code, "name it *.ply" in output), (1, True), output)
+        self.assertEqual((code, "remove it, so that *.ply takes its place" in output), (1, True), output)
         (folder / "test_part.stl").write_text("solid s\nendsolid s\n")
         code, output = self.run_pytest(source % 1)
         self.assertEqual((code, "there are 2 baselines of this test" in output), (1, True), output)
@@ -283,6 +285,29 @@ def test_file(assert_mesh_close, tmp_path):
         self.assertEqual(code, 1)
         self.assertIn("name it *.obj", output)
         self.assertEqual(list((self.folder / "baselines").iterdir()), [self.folder / "baselines/made.obj"])
+
+    def test_nothing_is_written_unless_all_else_is_right(self):
+        (self.folder / "scene.gltf").write_text(json.dumps({"asset": {"version": "2.0"}, "buffers": [
+            {"uri": "points.bin", "byteLength": 36}], "bufferViews": [{"buffer": 0, "byteLength": 36}], "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}],
+            "scene": 0}))
+        (self.folder / "points.bin").write_bytes(struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0))
+        for call, words in (("shapes.box(3)", "needs a limit"),
+                            ("(shapes.box(3)[0], None), max_distance=1", "Error|no faces"),
+                            ("shapes.box(3), max_distance=1, nonsense=2", "nonsense"),
+                            ("shapes.box(3), max_distance=-1", "max_distance"),
+                            ("HERE / 'scene.gltf', max_distance=1", "a glTF of several files; give a .glb")):
+            source = HEAD + f"""
+import pathlib
+HERE = pathlib.Path(__file__).parent
+def test_one(assert_mesh_close):
+    assert_mesh_close({call})
+"""
+            code, output = self.run_pytest(source, "--meshgauge-update")
+            self.assertEqual(code, 1, output)
+            self.assertRegex(output, words)
+            self.assertFalse((self.folder / "baselines").exists(), call)
 
     def test_a_mesh_without_faces_is_a_cloud_only_if_it_is_declared(self):
         source = HEAD + """

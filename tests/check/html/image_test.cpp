@@ -71,6 +71,12 @@ TEST_CASE("a PNG gets as small as it must be: first coarser, then half as large"
   CHECK(read_back(half).width == 100);
   CHECK(read_back(half).height == 50);
   CHECK(to_png_within(image, 100).size() <= 100);
+  const auto by_us = marked(half);
+  CHECK(by_us.size() == half.size() + kMarkBytes);
+  CHECK(is_marked(by_us));
+  CHECK(!is_marked(half));
+  CHECK(!is_marked(std::span(by_us).first(kMarkedBytes - 1)));
+  CHECK(read_back(by_us).rgba == read_back(half).rgba);
 }
 
 TEST_CASE("a colour is laid over by its share and alpha") {

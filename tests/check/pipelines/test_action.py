@@ -237,7 +237,8 @@ class Log(Runner):
         lines = [line for line in self.log.splitlines() if line.startswith("::") or "##[" in line]
         word = re.fullmatch(r"::stop-commands::([0-9a-f]{32})", lines[0])[1]
         end = lines.index(f"::{word}::")
-        self.assertTrue(any("##[error]x" in line for line in lines[1:end]))
+        self.assertEqual(lines[1:end], [])
+        self.assertIn("##\\x5Berror]x", self.log)
         commands = lines[end + 1:]
         self.assertEqual(len(commands), 3)
         for line in commands:

@@ -23,6 +23,7 @@ class GitHub:
 
     def __init__(self):
         self.comments, self.requests, self.failing = [], [], {}
+        self.head, self.login, self.after_post = "c" * 40, None, None
         github = self
 
         class Handler(http.server.BaseHTTPRequestHandler):
@@ -39,7 +40,7 @@ class GitHub:
                     return github.failing[self.command](self)
                 return self.answer(*github.done(self.command, self.path, body))
 
-            do_GET = do_POST = do_PATCH = do
+            do_GET = do_POST = do_PATCH = do_DELETE = do
 
             def answer(self, status, document, **headers):
                 text = document if isinstance(document, bytes) else json.dumps(document).encode()
@@ -61,11 +62,21 @@ class GitHub:
     def done(self, method, path, body):
         if found := re.fullmatch(rf"/repos/{REPOSITORY}/issues/7/comments(?:\?per_page=(\d+)&page=(\d+))?", path):
             if method == "POST":
-                return 201, self.add(body["body"])
+                comment = self.add(body["body"], **({"user": {"type": "User", "login": self.login}} if self.login else {}))
+                if self.after_post:
+                    self.after_post()
+                return 201, comment
             size, page = int(found[1]), int(found[2])
             return 200, self.comments[size * (page - 1):size * page]
-        if method == "PATCH" and (found := re.fullmatch(rf"/repos/{REPOSITORY}/issues/comments/(\d+)", path)):
+        if method == "GET" and path == f"/repos/{REPOSITORY}/pulls/7":
+            return 200, {"head": {"sha": self.head}}
+        if path == "/user":
+            return (200, {"login": self.login}) if self.login else (403, {"message": "Resource not accessible by integration"})
+        if method in ("PATCH", "DELETE") and (found := re.fullmatch(rf"/repos/{REPOSITORY}/issues/comments/(\d+)", path)):
             (comment,) = [one for one in self.comments if one["id"] == int(found[1])]
+            if method == "DELETE":
+                self.comments.remove(comment)
+                return 204, b""
             comment["body"] = body["body"]
             return 200, comment
         return 404, {"message": "Not Found"}
@@ -144,10 +155,10 @@ class Runs(Comment):
         self.assertIn("## ❌ meshgauge: nothing was measured\n\n    ", self.github.comments[0]["body"])
 
     def test_each_manifest_has_its_own(self):
-        for manifest in ("gates.yaml", "a/gates.yaml", "--> x\n.yaml", "gates.yaml"):
+        for manifest in ("gates.yaml", "a/gates.yaml", "--> x\n.yaml", "gates.yaml", "./gates.yaml", "a/../a//gates.yaml"):
             self.reported()
             self.comment(manifest=manifest)
-        self.assertEqual(self.github.writes(), ["POST", "POST", "POST", "PATCH"])
+        self.assertEqual(self.github.writes(), ["POST", "POST", "POST", "PATCH", "PATCH", "PATCH"])
         self.assertTrue(self.github.comments[2]["body"].startswith("<!-- meshgauge: --%3E x%0A.yaml -->\n"))
 
 
@@ -193,9 +204,40 @@ class When(Comment):
         self.github.add("<!-- meshgauge: gates.yaml -->\nmine", **STRANGER)
         self.github.add("> <!-- meshgauge: gates.yaml -->\nquoted")
         self.github.add("<!-- meshgauge: gates.yaml.old -->\nanother")
+        self.github.add("<!-- meshgauge: gates.yaml -->\na member's", user={"type": "User", "login": "m"}, author_association="MEMBER")
         self.reported()
         self.comment()
         self.assertEqual(self.github.writes(), ["POST"])
+
+    def test_the_account_of_the_token_where_it_is_known(self):
+        self.github.login = "robot"
+        self.github.add("<!-- meshgauge: gates.yaml -->\nof another bot")
+        for writes in (["POST"], ["POST", "PATCH"]):
+            self.reported()
+            self.comment()
+            self.assertEqual(self.github.writes(), writes)
+        self.assertIn("of another bot", self.github.comments[0]["body"])
+        self.assertIn("the report", self.github.comments[1]["body"])
+
+    def test_the_run_of_an_older_commit_leaves_it(self):
+        self.github.head = "d" * 40
+        self.github.add("<!-- meshgauge: gates.yaml -->\nof the newer one")
+        self.reported()
+        self.assertIn("has a newer commit", self.comment())
+        self.assertEqual(self.github.writes(), [])
+
+    def test_runs_at_the_same_time_leave_one(self):
+        self.reported()
+        self.github.after_post = lambda: self.github.comments.insert(0, {
+            **self.github.comments[-1], "id": 7, "body": "<!-- meshgauge: gates.yaml -->\nof another run"})
+        self.comment()
+        self.assertEqual(self.github.writes(), ["POST", "PATCH", "DELETE"])
+        (comment,) = self.github.comments
+        self.assertIn("the report", comment["body"])
+        self.github.failing = {"DELETE": lambda handler: handler.answer(404, {})}
+        self.github.comments.clear()
+        self.reported()
+        self.assertIn("the pull request has a comment", self.comment())
 
 
 class Pictures(Comment):
@@ -239,17 +281,18 @@ class Branch(Comment):
         return subprocess.run(["git", *words], cwd=self.remote, env=self.environment, check=True, text=True,
                               stdout=subprocess.PIPE).stdout
 
-    def put(self, *names, pull=7, run=1, branch="meshgauge-pictures", manifest="gates.yaml"):
+    def put(self, *names, pull=7, run=1, branch="meshgauge-pictures", manifest="gates.yaml", reports="meshgauge-reports",
+            job="meshes"):
         """What the step does with these pictures. Returns the address for the comment, "" if there is none, and sets self.said."""
         self.reported("".join(f"<!-- picture: {name} -->\n" for name in names))
         for name in names:
             (self.pictures / name).write_bytes(f"{name} of {run}".encode())
         self.values = {"inputs.pictures-branch": branch, "inputs.token": TOKEN, "inputs.manifest": manifest,
-                       "github.event.pull_request.number": str(pull), "inputs.reports": "meshgauge-reports"}
+                       "github.event.pull_request.number": str(pull), "inputs.reports": reports}
         output = self.top / "output"
         output.write_text("")
         done = self.run_step("pictures", GITHUB_SERVER_URL=f"file://{self.top}/server", GITHUB_REPOSITORY=REPOSITORY, GITHUB_RUN_ID=str(run),
-                             GITHUB_OUTPUT=str(output))
+                             GITHUB_OUTPUT=str(output), GITHUB_JOB=job)
         self.assertEqual(done.returncode, 0)
         self.said = done.stdout + done.stderr
         self.assertNotIn(TOKEN, self.said)
@@ -274,12 +317,19 @@ class Branch(Comment):
     def test_the_oldest_pull_requests_go(self):
         for pull in (40, 5, 100):
             self.put("a.png", pull=pull)
+        self.put("a.png", pull=100, manifest="other.yaml")
+        self.put("a.png", pull=100, job="another")
+        self.assertEqual(len(self.files()), 5)
         for pull in range(200, 228):
             self.put("a.png", pull=pull)
         kept = {file.split("-")[0] for file in self.files()}
-        self.assertEqual(len(kept), 30)
+        self.assertEqual((len(kept), len(self.files())), (30, 32))
         self.assertNotIn("5", kept)
         self.assertIn("40", kept)
+
+    def test_a_folder_of_reports_that_is_absolute(self):
+        self.assertTrue(self.put("a.png", reports=str(self.workspace / "meshgauge-reports")), self.said)
+        self.assertEqual(len(self.files()), 1)
 
     def test_another_branch_is_left_alone(self):
         tree = self.git("write-tree").strip()
@@ -328,7 +378,8 @@ class Trouble(Comment):
             self.github.failing = {"GET": lambda handler, text=text: handler.answer(200, text)}
             self.reported()
             self.refused("an answer of GitHub's API is no")
-        self.github.failing = {"GET": lambda handler: handler.answer(200, [7, None, {"id": "x"}, {"id": 1, "user": 3, "body": 4}])}
+        odd = [7, None, {"id": "x"}, {"id": 1, "user": 3, "body": 4}, {"id": 1, "user": {"type": 3}}]
+        self.github.failing = {"GET": lambda handler: handler.answer(200, {"head": {"sha": "c" * 40}} if "/pulls/" in handler.path else odd)}
         self.reported()
         self.comment()
         self.assertEqual(self.github.writes(), ["POST"])

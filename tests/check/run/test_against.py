@@ -3,12 +3,15 @@
 import hashlib
 import json
 import os
+import pathlib
 import shutil
+import signal
 import struct
 import subprocess
+import tempfile
 import unittest
 
-from harness import BINARY, ENVIRONMENT
+from harness import BINARY, ENVIRONMENT, until
 from workplace import Workplace, square
 
 IDENTITY = {"GIT_AUTHOR_NAME": "Test", "GIT_AUTHOR_EMAIL": "test@example.com", "GIT_COMMITTER_NAME": "Test",
@@ -184,8 +187,98 @@ class Against(Workplace):
             self.fails(*one, f"--against={ref}", saying="begins with '-'")
         self.fails(*one, "--against=", saying="--against: 1 required TEXT missing")
         self.assertFalse((self.folder / "made").exists())
+        for name in ("GIT_DIR", "GIT_OBJECT_DIRECTORY", "GIT_COMMON_DIR", "GIT_INDEX_FILE", "GIT_TRACE"):
+            self.exits(0, *one, "--against", "HEAD", environment={name: str(self.folder / "nowhere")})
+        self.assertFalse((self.folder / "nowhere").exists())
         shutil.rmtree(self.folder / ".git")
         self.fails(*one, "--against", "HEAD", saying="--against: needs the git repository")
+
+    def hostile_repository(self, folder, more=""):
+        """Files that git takes for a repository, whose objects are to be fetched by a command."""
+        self.file(f"{folder}/HEAD", "ref: refs/heads/main\n")
+        self.file(f"{folder}/objects/x", "x")
+        self.file(f"{folder}/refs/heads/main", "1" * 40 + "\n")
+        self.file(f"{folder}/config", "[core]\n repositoryformatversion = 1\n bare = false\n"
+                  f" sshCommand = touch '{self.folder}/made'\n{more}[extensions]\n partialClone = origin\n"
+                  "[remote \"origin\"]\n url = ssh://x/y\n promisor = true\n")
+
+    def test_no_command_of_a_repository_is_run(self):
+        self.hostile_repository("sub", " worktree = ..\n")
+        self.file("sub/part.obj", square())
+        self.manifest([("part", "part.obj", "part.obj", "1 mm")], name="sub/gates.yaml")
+        self.commit()
+        self.fails("sub/gates.yaml", "--against", "main", saying="--against: needs the git repository")
+        shutil.rmtree(self.folder / ".git")  # an archive may hold one
+        self.hostile_repository(".git")
+        self.fails("flat.obj", "--max-distance", "1", "--against", "main", saying="--against: there is no commit")
+        self.assertFalse((self.folder / "made").exists())
+
+    def test_a_file_that_is_called_as_a_baseline(self):
+        self.file("part.obj", square())
+        self.commit()
+        self.file("main:part.obj", square(2.0))
+        self.exits(1, "main:part.obj", "part.obj", "--against", "main", "--max-distance", "1")
+        self.exits(1, "flat.obj", "main:part.obj", "--max-distance", "1")
+        self.manifest([("same", "part.obj", "part.obj", "1"), ("other", "'main:part.obj'", "flat.obj", "1")])
+        self.assertEqual(self.verdicts(1, "gates.yaml", "--against", "main"), {"same": "pass", "other": "fail"})
+
+    def test_links_of_the_work_tree_are_not_followed(self):
+        self.file("baselines/lid.obj", square())
+        self.file("alt/lid.obj", square(2.0))
+        self.commit()
+        shutil.rmtree(self.folder / "baselines")
+        (self.folder / "baselines").symlink_to("alt")
+        self.manifest([("lid", "raised.obj", "baselines/lid.obj", "1 mm")])
+        self.exits(0, "gates.yaml")
+        report = self.report(1, "gates.yaml", "--against", "main")
+        self.assertEqual(report["gates"][0]["baseline"], "main:baselines/lid.obj")
+        with tempfile.TemporaryDirectory() as elsewhere:  # a link to the work tree is followed
+            (pathlib.Path(elsewhere) / "tree").symlink_to(self.folder)
+            self.exits(1, f"{elsewhere}/tree/gates.yaml", "--against", "main")
+            self.exits(1, "raised.obj", f"{elsewhere}/tree/baselines/lid.obj", "--max-distance", "1", "--against", "main")
+
+    def test_content_of_git_lfs_is_that_of_the_pointer(self):
+        digest, pointer = pointer_of(square(2.0))
+        self.file("part.obj", pointer)
+        self.commit()
+        self.file("part.obj", square())
+        self.file(f".git/lfs/objects/{digest[:2]}/{digest[2:4]}/{digest}", square())
+        self.assertIn("has another content in the store of Git LFS", self.error_of(
+            "part.obj", "--against", "HEAD", "--max-distance", "1 mm"))
+
+    def test_a_scene_that_names_itself(self):
+        self.file("s.bin", scene("s.bin", 1)[0])
+        self.file("part.obj", square())
+        self.commit()
+        self.manifest([("part", "part.obj", "part.obj", "1"), ("scene", "part.obj", "s.bin", "1")])
+        report = json.loads(self.check("gates.yaml", "--against", "HEAD", "--json").stdout)
+        self.assertEqual(report["gates"][0]["verdict"], "pass")
+
+    def test_a_git_that_does_not_end(self):
+        room = self.folder / "room"
+        room.mkdir()
+        self.file("part.obj", square())
+        self.commit()
+        git = pathlib.Path(self.file("bin/git", '#!/bin/sh\ncase " $* " in *" cat-file "*) : >begun; exec sleep 1000;; esac\n'
+                                     f'exec {shutil.which("git")} "$@"\n'))
+        git.chmod(0o755)
+        signs = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+        def heed():  # also where these tests run in the background
+            for sign in signs:
+                signal.signal(sign, signal.SIG_DFL)
+
+        for sign in signs:
+            process = self.start("part.obj", "--against", "HEAD", "--max-distance", "1", preexec_fn=heed, environment={
+                "PATH": f"{git.parent}:{os.environ['PATH']}", "TMPDIR": str(room)})
+            until((self.folder / "begun").exists)
+            self.assertNotEqual(list(room.iterdir()), [])
+            process.send_signal(sign)
+            out, err = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 3, (out, err))
+            self.assertIn("it was interrupted", err)
+            self.assertEqual(list(room.iterdir()), [])
+            (self.folder / "begun").unlink()
 
     def test_without_git(self):
         self.file("part.obj", square())

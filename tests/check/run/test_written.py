@@ -110,6 +110,16 @@ class Reports(Workplace):
             self.assertIn("bad", text[flag])
         self.assertIn("data:image/png", text["--html"])  # pictures of the meshes, too
 
+    def test_no_name_is_a_command_of_githubs_log(self):
+        self.manifest([("'##[error]x'", "flat.obj", "raised.obj", 1), ("'::error::y'", "'##[set-env name=z]'", "raised.obj", 1)])
+        for flags in ((), ("--only", "##[group]w"), ("--html=##[add-mask]/v",)):
+            result = self.exits(3, "gates.yaml", *flags, "--no-annotations", environment={"GITHUB_ACTIONS": "true"})
+            for line in (result.stdout + result.stderr).splitlines():
+                self.assertNotIn("##[", line)
+                self.assertFalse(line.lstrip().startswith("::"), line)
+        self.assertIn("##\\x5B", result.stderr)
+        self.assertIn("##[", self.exits(3, "gates.yaml").stdout)
+
     def test_annotations_are_written_where_github_runs_it(self):
         pair = ("flat.obj", "raised.obj", *self.LIMIT)
         github = {"GITHUB_ACTIONS": "true", "GITHUB_WORKSPACE": str(self.folder)}
@@ -174,6 +184,13 @@ class Pictures(Workplace):
         self.assertEqual(list(self.pictures()), ["flat.obj.png"])
         self.exits(0, "flat.obj", "raised.obj", "--max-distance", "3", "--pictures", "pictures")
         self.assertEqual(list(self.pictures()), [])  # that of the run before does not stay
+
+    def test_another_file_in_its_place_is_left_alone(self):
+        pair = ("flat.obj", "raised.obj", "--max-distance", "3", "--pictures", "pictures")
+        for data in (b"", b"mine", b"\x89PNG\r\n\x1a\n" + bytes(100)):
+            self.file("pictures/flat.obj.png", data)
+            self.fails(*pair, saying="--pictures: 'pictures/flat.obj.png' is no picture that meshgauge has made")
+            self.assertEqual(self.pictures(), {"flat.obj.png": data})
 
     def test_a_folder_that_cannot_be_written(self):
         pair = ("flat.obj", "raised.obj", "--max-distance", "1")
