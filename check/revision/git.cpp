@@ -39,12 +39,19 @@ constexpr std::array<std::string_view, 4> kVariables{"GIT_TERMINAL_PROMPT=0", "L
 
 // What leads git to another repository than that of the folder, or has it write elsewhere; `git rev-parse
 // --local-env-vars` lists the former, and configuration, which is passed on.
-constexpr std::array<std::string_view, 13> kOfOtherRepositories{
-    "GIT_ALTERNATE_OBJECT_DIRECTORIES", "GIT_OBJECT_DIRECTORY", "GIT_DIR",
-    "GIT_WORK_TREE",                    "GIT_GRAFT_FILE",       "GIT_INDEX_FILE",
-    "GIT_IMPLICIT_WORK_TREE",           "GIT_PREFIX",           "GIT_NO_REPLACE_OBJECTS",
-    "GIT_REPLACE_REF_BASE",             "GIT_SHALLOW_FILE",     "GIT_COMMON_DIR",
-    "GIT_INTERNAL_SUPER_PREFIX"};
+constexpr std::array<std::string_view, 13> kOfOtherRepositories{"GIT_ALTERNATE_OBJECT_DIRECTORIES",
+                                                                "GIT_OBJECT_DIRECTORY",
+                                                                "GIT_DIR",
+                                                                "GIT_WORK_TREE",
+                                                                "GIT_GRAFT_FILE",
+                                                                "GIT_INDEX_FILE",
+                                                                "GIT_IMPLICIT_WORK_TREE",
+                                                                "GIT_PREFIX",
+                                                                "GIT_NO_REPLACE_OBJECTS",
+                                                                "GIT_REPLACE_REF_BASE",
+                                                                "GIT_SHALLOW_FILE",
+                                                                "GIT_COMMON_DIR",
+                                                                "GIT_INTERNAL_SUPER_PREFIX"};
 
 std::string_view name_of_variable(std::string_view variable) { return variable.substr(0, variable.find('=')); }
 

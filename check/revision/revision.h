@@ -79,9 +79,9 @@ class Revision {
 
   Git git_;
   RevisionName name_;
-  std::filesystem::path top_;          // of the work tree
-  std::filesystem::path lfs_;          // the store of Git LFS
-  std::map<std::string, Entry> tree_;  // by path: those that are needed
+  std::filesystem::path top_;                               // of the work tree
+  std::filesystem::path lfs_;                               // the store of Git LFS
+  std::map<std::string, Entry> tree_;                       // by path: those that are needed
   std::map<std::string, std::set<std::string>> namesakes_;  // by the name of a file: paths of it, two at most
   std::uint64_t copied_bytes_ = 0;
   std::map<std::string, Copy> copies_;
