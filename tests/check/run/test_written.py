@@ -111,7 +111,7 @@ class Reports(Workplace):
         self.assertIn("data:image/png", text["--html"])  # pictures of the meshes, too
 
     def test_no_name_is_a_command_of_githubs_log(self):
-        self.manifest([("'##[error]x'", "flat.obj", "raised.obj", 1), ("'::error::y'", "'##[set-env name=z]'", "raised.obj", 1)])
+        self.manifest([("'##[error]x'", "flat.obj", "raised.obj", 1), ("'::error::y'", "gone.obj", "raised.obj", 1)])
         for flags in ((), ("--only", "##[group]w"), ("--html=##[add-mask]/v",)):
             result = self.exits(3, "gates.yaml", *flags, "--no-annotations", environment={"GITHUB_ACTIONS": "true"})
             for line in (result.stdout + result.stderr).splitlines():
