@@ -71,6 +71,7 @@ std::vector<std::string> environment_of_git() {
 
 std::vector<char*> arguments_of(std::vector<std::string>& texts) {
   std::vector<char*> all;
+  all.reserve(texts.size() + 1);
   for (std::string& text : texts) all.push_back(text.data());
   all.push_back(nullptr);
   return all;
