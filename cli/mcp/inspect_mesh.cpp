@@ -82,7 +82,7 @@ api::KnownUnit unit_of(const api::MeshFacts& facts, const std::optional<api::Len
 double area_of(MeshView mesh) {
   double doubled = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3 first = mesh.corner(t, 0);
+    const Vec3& first = mesh.corner(t, 0);
     doubled += (mesh.corner(t, 1) - first).cross(mesh.corner(t, 2) - first).norm();
   }
   return doubled / 2;
