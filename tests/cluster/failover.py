@@ -7,12 +7,11 @@ import concurrent.futures
 import random
 import re
 import subprocess
-import sys
 import time
 import types
 
 from patroni import Cluster
-from postgres import SKIPPED, Missing
+from postgres import or_skip
 from processes import Ended, Fleet, migrate, until
 from rig import Client, holds
 from schemas import MIGRATING, SHAPE, SLOWLY
@@ -81,11 +80,8 @@ def main():
     arguments = parser.parse_args()
     print("seed %d" % arguments.seed, flush=True)
     dice = random.Random(arguments.seed)
-    try:
+    with or_skip():
         cluster = Cluster()
-    except Missing as reason:
-        print("skipped: %s" % reason, file=sys.stderr)
-        sys.exit(SKIPPED)
     with cluster:
         cluster.query("CREATE DATABASE whole")
         migrate(cluster.url("whole"))

@@ -17,7 +17,7 @@ import psycopg2
 from crowd import Crowd, works
 from fixture import pairs
 from patroni import Cluster, Node
-from postgres import SKIPPED, Missing
+from postgres import or_skip
 from processes import Fleet, migrate, until
 from promises import Gaps, Ledger, longest_stall
 from scratch import inside
@@ -225,11 +225,8 @@ def main():
     parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(1 << 30))
     arguments = parser.parse_args()
     print("seed %d" % arguments.seed, flush=True)
-    try:
+    with or_skip():
         sys.exit(run(arguments.kills, arguments.jobs, arguments.seed))
-    except Missing as reason:
-        print("skipped: %s" % reason, file=sys.stderr)
-        sys.exit(SKIPPED)
 
 
 if __name__ == "__main__":

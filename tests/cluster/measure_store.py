@@ -15,7 +15,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from postgres import ENVIRONMENT, SKIPPED, Missing, Postgres
+from postgres import ENVIRONMENT, Postgres, or_skip
 from scratch import ROOT, servant
 
 FLEET = Path(os.environ.get("MESHGAUGE_FLEET_BENCH", ROOT / "build/tests/bench/fleet_bench"))
@@ -77,11 +77,8 @@ def main():
     options = parser.parse_args()
     if not FLEET.exists():
         sys.exit(f"there is no {FLEET}: cmake --build build --target fleet_bench")
-    try:
+    with or_skip():
         server = Postgres(max_connections=options.workers + options.clients + 20, **SETTINGS)
-    except Missing as reason:
-        print(f"skipped: {reason}", file=sys.stderr)
-        sys.exit(SKIPPED)
     with server:
         print(f"{os.cpu_count()} processors, PostgreSQL {server.query('SHOW server_version')}\n")
         print("| what | a second | ms |\n|---|--:|--:|", flush=True)

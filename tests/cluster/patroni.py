@@ -16,7 +16,7 @@ import sys
 import time
 import urllib.request
 
-from postgres import DATABASE, ENVIRONMENT, SKIPPED, USER, Missing, psql, usable_binaries
+from postgres import DATABASE, ENVIRONMENT, USER, Missing, or_skip, psql, usable_binaries
 from scratch import TOOLS, Scratch, end_inside, free_port, servant, within_reach
 
 READY_SECONDS = 120
@@ -212,11 +212,8 @@ def main():
     parser.add_argument("--kills", type=int, default=3)
     parser.add_argument("command", nargs="*")
     arguments = parser.parse_args()
-    try:
+    with or_skip():
         cluster = Cluster()
-    except Missing as reason:
-        print("skipped: %s" % reason, file=sys.stderr)
-        sys.exit(SKIPPED)
     with cluster:
         if not arguments.command:
             return measure(cluster, arguments.kills)

@@ -29,6 +29,16 @@ class Missing(Exception):
     """There is no PostgreSQL on this machine."""
 
 
+@contextlib.contextmanager
+def or_skip():
+    """Ends a program, as a test that is skipped, where something is missing."""
+    try:
+        yield
+    except Missing as reason:
+        print("skipped: %s" % reason, file=sys.stderr)
+        sys.exit(SKIPPED)
+
+
 def find_binaries():
     """The folder of initdb, postgres and psql; of several the newest version."""
     named = [Path(os.environ["MESHGAUGE_POSTGRES"])] if "MESHGAUGE_POSTGRES" in os.environ else []
@@ -158,11 +168,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("command", nargs="+")
     command = parser.parse_args().command
-    try:
+    with or_skip():
         server = Postgres()
-    except Missing as reason:
-        print("skipped: %s" % reason, file=sys.stderr)
-        sys.exit(SKIPPED)
     with server:
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
         code = subprocess.run(command, env={**os.environ, "MESHGAUGE_DATABASE": server.url()}).returncode

@@ -157,7 +157,8 @@ class Cached(unittest.TestCase):
 
     def test_an_end_of_the_service_is_an_answer(self):
         server = self.start("--grace-ms", "500", workers=1)
-        path, _ = compared(server, options={"timeout_ms": 100000})
+        # A map that is large enough to be interrupted: a small one may be made before it is noticed that the service ends.
+        path, _ = compared(server, wavy_grid(150, 0.1), flat_grid(140), {"tolerance": {"relative": 1}, "timeout_ms": 100000})
         running = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
         until(lambda: server.get(running).json()["state"] == "running")
         with occupy_guests(server, 2), server.connect() as connection:
@@ -165,10 +166,7 @@ class Cached(unittest.TestCase):
             until(lambda: self.value(server, "meshgauge_queue_depth") == 1)
             server.process.terminate()
             answer = read_answer(connection.makefile("rb"))
-        if answer.status == 200:  # the worker became free and made it in the time that was left
-            self.assertTrue(answer.body.startswith(b"ply\n"))
-        else:
-            self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/shutting-down"))
+        self.assertEqual((answer.status, answer.json()["type"]), (503, "/problems/shutting-down"))
 
     @unittest.skipUnless(FAILING_DISK and not os.environ.get("MESHGAUGE_SANITIZED"), "a sanitizer comes before every other library")
     def test_a_full_disk(self):
