@@ -382,6 +382,7 @@ Result<Done> take_pipes(const CheckFlags& flags, Gates& gates) {
 
 // Reads the baselines of --against; nullopt without it.
 Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gates& gates,
+                                                   const std::vector<check::OpenBaselines>& open,
                                                    const Interrupts& interrupts) {
   if (!flags.is_against) return std::optional<check::Revision>();
   const bool of_manifest = flags.files.size() == 1;
@@ -389,11 +390,12 @@ Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gate
       flags.against, of_manifest ? std::filesystem::path(flags.files[0]).parent_path() : std::filesystem::path(),
       [&] { return interrupts.seen(); });
   if (!revision) return revision.error();
-  if (auto ok = revision->take_baselines(gates); !ok) return ok.error();
+  if (auto ok = revision->take_baselines(gates, open); !ok) return ok.error();
   return std::optional(std::move(*revision));
 }
 
-int check_gates(const CheckFlags& flags, Gates gates) {
+int check_gates(const CheckFlags& flags, const Asked& asked) {
+  Gates gates = asked.gates;
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
   Places places = inputs_of(flags, gates);
@@ -402,7 +404,7 @@ int check_gates(const CheckFlags& flags, Gates gates) {
   if (!history) return refuse(flags, history.error());
   if (const auto ok = take_pipes(flags, gates); !ok) return refuse(flags, ok.error());
   const Interrupts interrupts;
-  auto revision = revision_of(flags, gates, interrupts);
+  auto revision = revision_of(flags, gates, asked.open, interrupts);
   if (!revision) return refuse(flags, revision.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
@@ -498,7 +500,7 @@ int update_baselines(const CheckFlags& flags, const Gates& gates) {
 int run(const CheckFlags& flags) {
   const Asked asked = gates_asked(flags);
   if (!asked.mistakes.empty()) return refuse(flags, asked);
-  return !flags.update.empty() ? update_baselines(flags, asked.gates) : check_gates(flags, asked.gates);
+  return !flags.update.empty() ? update_baselines(flags, asked.gates) : check_gates(flags, asked);
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ Asked gates_of_manifest(const CheckFlags& flags) {
                          : flags.is_against    ? check::Baselines::of_revision
                                                : check::Baselines::must_exist;
   check::Gates read = check::gates_of(flags.files[0], baselines, check::Selection(flags.only));
-  return {std::move(read.gates), std::move(read.mistakes), flags.files[0]};
+  return {std::move(read.gates), std::move(read.mistakes), flags.files[0], {}, std::move(read.open)};
 }
 
 Asked all_gates(const CheckFlags& flags) {

@@ -57,6 +57,7 @@ struct Asked {
   std::vector<check::Mistake> mistakes;    // if any: nothing is measured
   std::string manifest;                    // manifest with the mistakes; empty: they are about flags
   std::vector<std::string> explanation{};  // further lines for the terminal
+  std::vector<check::OpenBaselines> open{};
 };
 Asked gates_asked(const CheckFlags& flags);
 

@@ -102,6 +102,7 @@ class Expansion {
       : manifest_(manifest.string()), folder_(manifest.parent_path()), lookup_(lookup), mistakes_(mistakes) {}
 
   std::vector<Gate> gates;
+  std::vector<OpenBaselines> open;
 
   void add(const Entry& entry) {
     if (leads_out(entry)) return;
@@ -139,8 +140,9 @@ class Expansion {
     }
     for (const Found& found : found_) {
       const Entry& entry = *found.entry;
-      const bool open = is_glob(entry.candidate.text) && has_placeholder(entry.baseline.text);
-      if (open && !entry.unmatched_ignored) check_unmatched(entry);
+      const bool is_open = is_glob(entry.candidate.text) && has_placeholder(entry.baseline.text);
+      if (!is_open || entry.unmatched_ignored) continue;
+      lookup_.baselines == Baselines::of_revision ? add_open(entry) : check_unmatched(entry);
     }
   }
 
@@ -203,6 +205,18 @@ class Expansion {
 
   fs::path root() const { return folder_.empty() ? "." : folder_; }
 
+  void add_open(const Entry& entry) {
+    Gate gate = entry.gate;
+    gate.manifest = manifest_;
+    gate.line = entry.baseline.place.line;
+    open.push_back(
+        {std::move(gate), folder_ / baseline_glob(entry.candidate.text, entry.baseline.text), lack_of(entry)});
+  }
+
+  static std::string lack_of(const Entry& entry) {
+    return "has no candidate: " + api::shown_text(entry.candidate.text) + " finds none";
+  }
+
   void check_unmatched(const Entry& entry) {
     const std::string pattern = baseline_glob(entry.candidate.text, entry.baseline.text);
     const auto found = glob(root(), pattern, lookup_.globs);
@@ -225,9 +239,8 @@ class Expansion {
     const std::string like = near == expected_.end() ? ""
                                                      : ", which differs only by case or blanks from " +
                                                            shown_path(near->second) + ", the baseline of a gate,";
-    mistakes_.add(entry.baseline.place, "the baseline " + shown_path(baseline) + like +
-                                            " has no candidate: " + api::shown_text(entry.candidate.text) +
-                                            " finds none; when there is to be none, remove the baseline, or write "
+    mistakes_.add(entry.baseline.place, "the baseline " + shown_path(baseline) + like + " " + lack_of(entry) +
+                                            "; when there is to be none, remove the baseline, or write "
                                             "'unmatched_baselines: ignore'");
   }
 
@@ -289,7 +302,9 @@ class Expansion {
   void check_name(const Entry& entry, const std::string& name) {
     if (name.empty()) return;  // already reported
     if (!is_utf8(name) || find_control(name) != std::string::npos) {
-      mistakes_.add(entry.name.place, "name " + api::shown_text(name) + " is made of a file name that is not UTF-8");
+      mistakes_.add(entry.name.place, "name " + api::shown_text(name) + " is made of a file name that " +
+                                          (is_utf8(name) ? "has a control character" : "is not UTF-8") +
+                                          ": rename the file");
       return;
     }
     const auto [first, is_new] = lines_.emplace(name, entry.place.line);
@@ -379,13 +394,12 @@ class Expansion {
 // baseline or name: a glob without matches, or one that passes over files; a candidate that is its own baseline; a
 // baseline with a placeholder that is the same for two candidates; two gates of one name; a baseline that matches a
 // glob's template and has no candidate. The last is skipped for --update-baselines and with `only`.
-std::vector<Gate> expand(const std::vector<Entry>& entries, const fs::path& manifest, const Lookup& lookup,
-                         Mistakes& mistakes) {
+Gates expand(const std::vector<Entry>& entries, const fs::path& manifest, const Lookup& lookup, Mistakes& mistakes) {
   Expansion expansion(manifest, lookup, mistakes);
   for (const Entry& entry : entries) expansion.add(entry);
   expansion.check_passed_over();
   expansion.check_unmatched();
-  return std::move(expansion.gates);
+  return {std::move(expansion.gates), {}, std::move(expansion.open)};
 }
 
 Result<std::string> read_confined(const api::Roots::Place& place) {
@@ -422,7 +436,7 @@ Gates gates_in(const Result<std::string>& text, const fs::path& manifest, const 
   Mistakes mistakes;
   Gates result;
   if (text) {
-    result.gates = expand(read_manifest(*text, mistakes), manifest, lookup, mistakes);
+    result = expand(read_manifest(*text, mistakes), manifest, lookup, mistakes);
     if (!mistakes.empty()) add_defects(result.gates, mistakes);
   } else {
     mistakes.add({}, text.error().message);

@@ -40,9 +40,17 @@ class Selection {
   std::vector<std::string> patterns_;
 };
 
+// The baselines that candidates of a glob could have: which there are, a revision tells.
+struct OpenBaselines {
+  Gate gate;                      // what is asked of each, without names and files; its line is that of the template
+  std::filesystem::path pattern;  // which they match (glob.h), below the manifest's folder or absolute
+  std::string lack;               // "has no candidate: 'parts/*.stl' finds none": of one that no gate has
+};
+
 struct Gates {
   std::vector<Gate> gates;
-  std::vector<Mistake> mistakes;  // if any: nothing is measured; they have the defects of the gates as well
+  std::vector<Mistake> mistakes;      // if any: nothing is measured; they have the defects of the gates as well
+  std::vector<OpenBaselines> open{};  // with Baselines::of_revision: those of the revision need a candidate, too
 };
 
 // Returns all that is wrong: the mistakes or, without any, the defects of the gates: "gate 'x': the baseline ...".

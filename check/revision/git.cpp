@@ -90,12 +90,14 @@ Stream scratch_file(std::string_view text) {
   return file;
 }
 
-// The first line of what git wrote to standard error, without "fatal: ".
+// The first line of what git wrote to standard error that is no warning, without "fatal: ".
 std::string words_of(std::FILE* file) {
   std::array<char, kMostWords> text{};
   if (::lseek(::fileno(file), 0, SEEK_SET) != 0) return "";
   const ssize_t count = ::read(::fileno(file), text.data(), text.size());
   std::string_view words(text.data(), count > 0 ? static_cast<std::size_t>(count) : 0);
+  while (words.starts_with("warning: ") && words.find('\n') < words.size() - 1)
+    words.remove_prefix(words.find('\n') + 1);
   words = words.substr(0, words.find('\n'));
   if (words.starts_with("fatal: ")) words.remove_prefix(7);
   return std::string(words);

@@ -19,10 +19,13 @@
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/base/text.h"
+#include "api/base/utf8.h"
 #include "api/base/whole_file.h"
 #include "api/formats/detect.h"
 #include "api/formats/gltf/gltf_bundle.h"
 #include "check/files.h"
+#include "check/manifest/glob.h"
+#include "check/manifest/spelling.h"
 
 namespace meshgauge::check {
 namespace {
@@ -31,8 +34,9 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSubmodule = "160000", kSymbolicLink = "120000";  // modes of git's trees
 constexpr std::size_t kMostPointerBytes = 1024;                              // as Git LFS has it
-constexpr std::size_t kPeekedBytes = 4096;                                   // which tell a glTF from other files
-constexpr std::uint64_t kMostCopiedBytes = std::uint64_t{64} << 30U;         // of all copies together
+constexpr std::size_t kMostMissing = 100;                             // files of a partial clone: each costs a git
+constexpr std::size_t kPeekedBytes = 4096;                            // which tell a glTF from other files
+constexpr std::uint64_t kMostCopiedBytes = std::uint64_t{64} << 30U;  // of all copies together
 
 Error bad_revision(const std::string& why) { return bad_flag("--against", why); }
 
@@ -127,6 +131,13 @@ bool leads_to(const std::set<std::string>& paths, const std::string& path) {
   return paths.contains(path) || (below != paths.end() && below->starts_with(path + "/"));
 }
 
+// In a container of CI the work tree is another user's: git's own remedy stands some lines below its message.
+std::string remedied(const std::string& message) {
+  const std::size_t quote = message.find("dubious ownership in repository at '");
+  if (quote == std::string::npos) return message;
+  return message + "; trust it by 'git config --global --add safe.directory \"$PWD\"' in its folder";
+}
+
 void add_defect(Gate& gate, const std::string& what) {
   gate.defects.push_back({gate.line, gate.line > 0 ? 1 : 0, "the baseline " + shown_path(gate.baseline) + " " + what});
 }
@@ -145,7 +156,8 @@ Result<Revision> Revision::open(const std::string& ref, const fs::path& folder, 
   const fs::path start = folder.empty() ? fs::path(".") : folder;
   Git git(start, interrupted);
   const auto top = git.output({"rev-parse", "--show-toplevel"});
-  if (!top) return bad_revision("needs the git repository of " + shown_path(start) + ": " + top.error().message);
+  if (!top)
+    return bad_revision("needs the git repository of " + shown_path(start) + ": " + remedied(top.error().message));
   const auto commit = git.output({"rev-parse", "--verify", ref + "^{commit}"});
   if (!commit)
     return bad_revision("there is no commit " + api::shown_text(ref) + " in the repository " + shown_path(*top) +
@@ -162,22 +174,69 @@ Result<Revision> Revision::open(const std::string& ref, const fs::path& folder, 
   return revision;
 }
 
-Result<Done> Revision::read_tree(const std::set<std::string>& paths) {
-  std::set<std::string> names;
-  for (const std::string& path : paths) names.emplace(name_in_folder(path));
+Result<Done> Revision::list_tree(const Visit& visit) const {
   return git_.run({"ls-tree", "-r", "-z", "--full-tree", name_.commit}, "", [&](std::FILE* out) {
     Lines lines(out);
     for (std::string_view line; lines.next(line, '\0');) {
       constexpr auto kNone = std::string_view::npos;  // "MODE TYPE OBJECT<tab>PATH"
       const std::size_t mode = line.find(' '), type = line.find(' ', mode + 1), tab = line.find('\t');
       if (mode == kNone || type == kNone || tab == kNone) return false;
-      const std::string path(line.substr(tab + 1)), name(name_in_folder(path));
-      if (leads_to(paths, path))
-        tree_[path] = {std::string(line.substr(0, mode)), std::string(line.substr(type + 1, tab - type - 1))};
-      if (names.contains(name) && namesakes_[name].size() < 2) namesakes_[name].insert(path);
+      visit(std::string(line.substr(tab + 1)), line.substr(0, mode), line.substr(type + 1, tab - type - 1));
     }
     return true;
   });
+}
+
+// A file that is here as well was not renamed.
+Result<Done> Revision::read_tree(const std::set<std::string>& paths) {
+  const Utf8Locale utf8;
+  std::set<std::string> names;
+  for (const std::string& path : paths) names.insert(spelling_key(name_in_folder(path)));
+  return list_tree([&](const std::string& path, std::string_view mode, std::string_view object) {
+    if (leads_to(paths, path)) tree_[path] = {std::string(mode), std::string(object)};
+    const std::string name = spelling_key(name_in_folder(path));
+    if (!names.contains(name) || namesakes_[name].size() > 1) return;
+    std::error_code failed;
+    if (!fs::exists(fs::symlink_status(top_ / path, failed))) namesakes_[name].insert(path);
+  });
+}
+
+Result<std::vector<Gate>> Revision::without_candidate(const std::vector<OpenBaselines>& open,
+                                                      const std::set<std::string>& paths) const {
+  struct Pattern {
+    const OpenBaselines* of;
+    std::string start;  // of the paths that match
+    std::vector<std::string> parts;
+  };
+  const Utf8Locale utf8;
+  std::vector<Pattern> patterns;
+  for (const OpenBaselines& each : open) {
+    if (const auto pattern = path_of(each.pattern))
+      patterns.push_back({&each, pattern->substr(0, pattern->find_first_of("*?[")), components(*pattern)});
+  }
+  std::vector<Gate> gates;
+  if (patterns.empty()) return gates;
+  std::error_code failed;
+  const fs::path here = fs::current_path(failed);
+  const auto done = list_tree([&](const std::string& path, std::string_view mode, std::string_view) {
+    if (gates.size() > kMaxGates || mode == kSubmodule || mode == kSymbolicLink || paths.contains(path)) return;
+    const auto open_to = [&](const Pattern& pattern) {
+      if (!path.starts_with(folder_in_repository(pattern.start))) return false;
+      const auto different = differences(pattern.parts, components(path));
+      return different && (*different & of_leading_dot) == 0;
+    };
+    const auto found = std::ranges::find_if(patterns, open_to);
+    if (found == patterns.end()) return;
+    Gate gate = found->of->gate;
+    gate.baseline = name_.ref + ":" + path;
+    gate.name =
+        is_utf8(path) && find_control(path) == std::string::npos ? gate.baseline.string() : api::shown_text(path);
+    gate.candidate = (top_ / path).lexically_proximate(here);
+    add_defect(gate, found->of->lack + "; when it is gone on purpose, write 'unmatched_baselines: ignore'");
+    gates.push_back(std::move(gate));
+  });
+  if (!done) return bad_revision(done.error().message);
+  return gates;
 }
 
 Result<Done> Revision::make_folder() {
@@ -227,7 +286,8 @@ Result<std::string> Revision::object_of(const std::string& path) const {
 
 // Where a file of the same name was, if there is one.
 std::string Revision::elsewhere(const std::string& path) const {
-  const auto same = namesakes_.find(std::string(name_in_folder(path)));
+  const Utf8Locale utf8;
+  const auto same = namesakes_.find(spelling_key(name_in_folder(path)));
   if (same == namesakes_.end() || same->second.size() != 1) return ": it is new, or had another name there";
   return ": there it is " + shown_path(*same->second.begin());
 }
@@ -245,17 +305,37 @@ void Revision::add_copy(const std::string& path) {
   find_object(copy->second);
 }
 
+// In a partial clone git ends at the first file whose content is not there.
 Result<Done> Revision::fetch(const Needed& needed) {
-  if (needed.empty()) return Done{};
-  std::string asked, trouble;
+  std::size_t missing = 0;
+  for (std::size_t read = 0; read < needed.size();) {
+    std::string trouble;
+    const auto done = fetch(std::span(needed).subspan(read), read, trouble);
+    if (!trouble.empty()) return bad_revision("the files of " + name_.in_words() + " " + trouble);
+    if (done) continue;
+    if (read == needed.size() || done.error().message.find("promisor") == std::string::npos)
+      return bad_revision(done.error().message);
+    if (++missing > kMostMissing)
+      return bad_revision("many files of " + name_.in_words() +
+                          " are not in this partial clone: clone without '--filter'");
+    Copy& copy = *needed[read++];
+    copy.defect = "cannot be read: its content is not in this partial clone; fetch it by git cat-file -e " +
+                  api::shown_text(name_.ref + ":" + copy.path) + ", or clone without '--filter'";
+  }
+  return Done{};
+}
+
+Result<Done> Revision::fetch(std::span<Copy* const> needed, std::size_t& read, std::string& trouble) {
+  std::string asked;
   for (const Copy* copy : needed) asked += copy->object + "\n";
-  const auto done = git_.run({"cat-file", "--batch"}, asked, [&](std::FILE* out) {
+  return git_.run({"cat-file", "--batch"}, asked, [&](std::FILE* out) {
     Lines lines(out);
     for (Copy* copy : needed) {
       std::string_view line;  // "OBJECT blob SIZE" or "OBJECT missing"
       if (!lines.next(line, '\n')) return false;
       if (line.ends_with(" missing")) {
         copy->defect = "cannot be read: the repository lacks its content; fetch " + name_.in_words() + " as a whole";
+        ++read;
         continue;
       }
       std::int64_t bytes = -1;
@@ -264,12 +344,10 @@ Result<Done> Revision::fetch(const Needed& needed) {
       if (space == std::string_view::npos || bytes < 0) return false;
       if (!take(*copy, out, static_cast<std::uint64_t>(bytes), trouble) || std::fgetc(out) != '\n') return false;
       if (copy->defect.empty()) resolve_pointer(*copy);
+      ++read;
     }
     return true;
   });
-  if (!trouble.empty()) return bad_revision("the files of " + name_.in_words() + " " + trouble);
-  if (!done) return bad_revision(done.error().message);
-  return Done{};
 }
 
 bool Revision::take(Copy& copy, std::FILE* from, std::uint64_t bytes, std::string& trouble) {
@@ -339,14 +417,20 @@ Result<Done> Revision::fetch_companions() {
   return Done{};
 }
 
-Result<Done> Revision::take_baselines(std::vector<Gate>& gates) {
+Result<Done> Revision::take_baselines(std::vector<Gate>& gates, const std::vector<OpenBaselines>& open) {
   std::vector<std::string> paths;  // of the gates; empty: it has none
   for (Gate& gate : gates) {
     const auto path = path_of(gate.baseline);
     paths.push_back(path ? *path : "");
     if (!path) add_defect(gate, path.error().message);
   }
-  if (auto ok = read_tree({paths.begin(), paths.end()}); !ok) return bad_revision(ok.error().message);
+  const std::set<std::string> of_gates(paths.begin(), paths.end());
+  if (auto ok = read_tree(of_gates); !ok) return bad_revision(ok.error().message);
+  const auto left = without_candidate(open, of_gates);
+  if (!left) return left.error();
+  if (gates.size() + left->size() > kMaxGates)
+    return bad_revision("too many files of " + name_.in_words() + " have no candidate: more than " +
+                        std::to_string(kMaxGates) + " gates with them");
   if (auto ok = make_folder(); !ok) return ok;
   for (const std::string& path : paths) {
     if (!path.empty()) add_copy(path);
@@ -368,6 +452,7 @@ Result<Done> Revision::take_baselines(std::vector<Gate>& gates) {
     gates[i].copies = places;
     if (const Copy& copy = copies_.at(paths[i]); !copy.defect.empty()) add_defect(gates[i], copy.defect);
   }
+  gates.insert(gates.end(), left->begin(), left->end());
   return Done{};
 }
 

@@ -1,18 +1,23 @@
 // Baselines of a git revision: --against.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "api/compare/mesh_file.h"
 #include "check/gate.h"
+#include "check/manifest/manifest.h"
 #include "check/outcome.h"
 #include "check/revision/git.h"
 #include "engine/control.h"
@@ -34,9 +39,11 @@ class Revision {
 
   // Replaces the baseline of each gate by the file of that path in the revision, named "REF:path" and copied with the
   // files that it needs (Gate::copies); a candidate that is called so gets "./" before its name. The content of a Git
-  // LFS pointer comes from the repository's own store. What the revision does not hold is a defect of its gate. An
-  // Error: the copies cannot be made. Precondition: called once; the object outlives the measurement.
-  Result<Done> take_baselines(std::vector<Gate>& gates);
+  // LFS pointer comes from the repository's own store. What the revision does not hold is a defect of its gate. Adds a
+  // gate with a defect for each file of the revision that is one of the `open` baselines and that of no gate: it has no
+  // candidate. An Error: the copies cannot be made, or there are more than kMaxGates. Precondition: called once; the
+  // object outlives the measurement.
+  Result<Done> take_baselines(std::vector<Gate>& gates, const std::vector<OpenBaselines>& open);
 
   // Before the process ends without destructors; nothing is read after it.
   void remove_copies();
@@ -61,9 +68,15 @@ class Revision {
 
   Revision(Git git, RevisionName name) : git_(std::move(git)), name_(std::move(name)) {}
 
-  // Adds what the revision has at these paths, or on the way to them, to tree_, and the files of the same names to
-  // namesakes_.
+  // Calls `visit` for each file of the revision.
+  using Visit = std::function<void(const std::string& path, std::string_view mode, std::string_view object)>;
+  Result<Done> list_tree(const Visit& visit) const;
+  // Adds what the revision has at these paths, or on the way to them, to tree_, and the files of the same names, upper
+  // and lower case aside, to namesakes_.
   Result<Done> read_tree(const std::set<std::string>& paths);
+  // Gates of the open baselines whose paths are none of `paths`.
+  Result<std::vector<Gate>> without_candidate(const std::vector<OpenBaselines>& open,
+                                              const std::set<std::string>& paths) const;
   Result<Done> make_folder();
   // The path in the repository, or what is wrong with it.
   Result<std::string> path_of(const std::filesystem::path& baseline) const;
@@ -72,6 +85,8 @@ class Revision {
   void add_copy(const std::string& path);
   void find_object(Copy& copy) const;
   Result<Done> fetch(const Needed& needed);
+  // Reads these and counts in `read` how many. `trouble`: why it cannot go on, unless git says it.
+  Result<Done> fetch(std::span<Copy* const> needed, std::size_t& read, std::string& trouble);
   Result<Done> fetch_companions();
   // Copies so many bytes of `from`. False: it cannot go on, as `trouble` says unless `from` failed.
   bool take(Copy& copy, std::FILE* from, std::uint64_t bytes, std::string& trouble);
@@ -79,10 +94,11 @@ class Revision {
 
   Git git_;
   RevisionName name_;
-  std::filesystem::path top_;                               // of the work tree
-  std::filesystem::path lfs_;                               // the store of Git LFS
-  std::map<std::string, Entry> tree_;                       // by path: those that are needed
-  std::map<std::string, std::set<std::string>> namesakes_;  // by the name of a file: paths of it, two at most
+  std::filesystem::path top_;          // of the work tree
+  std::filesystem::path lfs_;          // the store of Git LFS
+  std::map<std::string, Entry> tree_;  // by path: those that are needed
+  std::map<std::string, std::set<std::string>>
+      namesakes_;  // by the name of a file, as spelling_key(): paths of it, two at most
   std::uint64_t copied_bytes_ = 0;
   std::map<std::string, Copy> copies_;
   std::unique_ptr<Folder> folder_;

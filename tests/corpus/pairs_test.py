@@ -12,14 +12,15 @@ import pathlib
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
+
+sys.path.append(str(pathlib.Path(__file__).parents[1] / "chaos"))
+from seeds import todays  # noqa: E402
 
 BINARY = sys.argv.pop(1) if len(sys.argv) > 1 else "build/meshgauge"
 CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", "../shared/corpus"))
 MOST_TRIANGLES = 250_000
 TIMEOUT_MS = 60_000
-DAY = int(os.environ.get("MESHGAUGE_SEED") or time.strftime("%Y%m%d", time.gmtime()))
 MOST_TIMEOUT_MS = 180_000  # the most that a comparison takes: for what has to converge, on slow machines too
 
 
@@ -91,7 +92,7 @@ class CorpusPairs(unittest.TestCase):
         def check(pair):
             result = pair.compare("--direction", "a_to_b", "--diagonal", "1e-3", "--strategy", "four_point")
             return self.interval_problems(pair, result, lambda r: 1e-3 * r["meshes"]["a"]["diagonal"])
-        self.over(self.pairs[DAY % 6::6], check)  # a sixth of the pairs each day
+        self.over(todays(self.pairs, 6), check)
 
     def test_auto_finishes_every_pair_at_1e_6(self):
         def check(pair):
@@ -100,7 +101,7 @@ class CorpusPairs(unittest.TestCase):
             return problems + ([] if result["status"] == "converged" else [f"{pair.name}: {result['status']}"])
         # Of the larger pairs, which take most of the time, a sixth each day.
         small = [pair for pair in self.pairs if pair.triangles <= 60_000]
-        self.over(small + [pair for pair in self.pairs if pair.triangles > 60_000][DAY % 6::6], check)
+        self.over(small + todays([pair for pair in self.pairs if pair.triangles > 60_000], 6), check)
 
     def test_threads_that_come_late(self):
         # Four threads on fewer processors: one may begin when the others have measured all the vertices that it needs.
@@ -136,7 +137,7 @@ class CorpusPairs(unittest.TestCase):
             if result["status"] != "converged":
                 problems.append(f"{pair.name}: {result['status']}")
             return problems
-        self.over([pair for pair in self.pairs[DAY % 3::3] if pair.triangles <= 40_000], check)  # as above
+        self.over([pair for pair in todays(self.pairs, 3) if pair.triangles <= 40_000], check)
 
 
 if __name__ == "__main__":

@@ -258,7 +258,7 @@ def until_computing(process, seconds=0.5):
 
 def occupy_guests(server, running):
     """A connection from another address, whose comparison has the thread for clients with nothing running; then so many run."""
-    body = comparison(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 100000})
+    body = comparison(**SLOW, options=SLOW_OPTIONS)
     connection = server.connect(source="127.0.0.9")
     connection.sendall(post_head(len(body)) + body)
     until(lambda: b"\nmeshgauge_jobs_running %d\n" % running in server.get("/metrics").body)

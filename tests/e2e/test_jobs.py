@@ -99,7 +99,7 @@ class Ends(ServerCase):
         waiting, _ = begin_slow(self.server, ASYNC + key)
         answers = []
         waits = threading.Thread(target=lambda: answers.append(self.server.compare(
-            **SLOW, options={**SLOW_OPTIONS, "timeout_ms": 100000}, extra=key + "Prefer: wait=60\r\n")))
+            **SLOW, options=SLOW_OPTIONS, extra=key + "Prefer: wait=60\r\n")))
         waits.start()
         time.sleep(0.3)
         answer = self.delete(waiting)
@@ -150,14 +150,14 @@ class Ends(ServerCase):
     def test_a_client_that_disconnects_ends_no_durable_comparison(self):
         key = "Idempotency-Key: gone-away\r\n"
         before = len(self.server.log)
-        body = comparison(options={"timeout_ms": 100000, **SLOW_OPTIONS}, **SLOW)
+        body = comparison(options=SLOW_OPTIONS, **SLOW)
         with self.server.connect() as connection:
             connection.sendall(post_head(len(body), key) + body)
             until_computing(self.server.process)
         answer = self.server.raw(post_head(len(body), key + ASYNC) + body)
         self.assertEqual(answer.status, 202)
-        both = until(lambda: len(lines := [json.loads(line) for line in self.server.log[before:] if '"bytes_in":%d,' % len(body) in line]) == 2 and lines)
-        self.assertEqual([line["status"] for line in both], [202, 202])  # the client that left was promised the same
+        # The client that left was promised the same. Lines of an earlier test may still come: they have another status.
+        until(lambda: sum('"bytes_in":%d,' % len(body) in line and '"status":202,' in line for line in self.server.log[before:]) == 2)
         job = wait_for(self.server, answer.headers["location"], "running")
         self.assertIsNone(job["finished"])
         self.delete(answer.headers["location"])

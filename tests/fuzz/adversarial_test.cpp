@@ -129,9 +129,9 @@ TEST_CASE("every adversarial pair ends with an interval that holds") {
   }
   const auto all = rows();
   CHECK(all.size() >= 20);
-  std::uint64_t number = today();
+  std::uint64_t number = 0;
   for (const Row& row : all) {
-    if (++number % 2 == 0) continue;  // half of them each day
+    if (!is_of_today(number++, 2)) continue;
     CAPTURE(row.name);
     const Pair pair{read_obj(folder() / (row.name + "_a.obj")), read_obj(folder() / (row.name + "_b.obj")), row.name};
     const bool valid = validate(pair.a, {}, "a").ok() && validate(pair.b, {}, "b").ok();

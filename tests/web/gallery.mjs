@@ -1,4 +1,5 @@
-// The pictures of the README and docs: screenshots of the real page and report, on meshes of the project's own. ./dev gallery [NAME...]
+// The pictures of the README and docs: screenshots of the real page, report and comment, on meshes of the
+// project's own. ./dev gallery [NAME...]
 //
 // Writes docs/gallery/NAME.png, 1200 pixels wide and with 256 colours at most (pngquant), so that each stays small. What they
 // show is the same each time but for what a clock says: times in ms, and how far an interval has shrunk.
@@ -12,6 +13,7 @@ import { ply, stl, written, xyz } from "./browser/meshes.mjs";
 import { Walk } from "./browser/page.mjs";
 import { json, stored } from "./browser/batches.mjs";
 import { nightly } from "./gallery_batch.mjs";
+import { commented } from "./gallery_comment.mjs";
 import { asked, binary, root, startService } from "./browser/service.mjs";
 import { drawn, ground, holed, moved, printed } from "./gallery_meshes.mjs";
 
@@ -108,6 +110,15 @@ const pictures = {
       checked("gear_worn.stl", "1.5 mm", "", "--history", "history.jsonl");
     }
     return cardUpTo("history", "svg.history");
+  },
+  // The action's comment on a pull request, at about the width that it has on GitHub.
+  async comment() {
+    const context = await browser.newContext({ viewport: { width: 800, height: 1400 }, deviceScaleFactor: 1.5 });
+    const page = await context.newPage();
+    await page.goto(commented(folder));
+    await page.locator("article img").waitFor();
+    await save("comment", await page.locator("article").screenshot());
+    return { tab: page };
   },
   // The page and the report on a phone, light and dark.
   async phone() {

@@ -10,8 +10,9 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "reports"))
+sys.path[:0] = [str(HERE.parent / "reports"), str(HERE.parents[1] / "chaos")]
 import npm_tools  # noqa: E402
+from seeds import todays  # noqa: E402
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 
@@ -28,8 +29,8 @@ def validate(modules, page):
 
 def show(seen):
     for shot in seen["views"]:
-        print(f"{shot['name']}: {shot['requests']} requests, {shot['violations']} serious findings of axe, "
-              f"{shot['width']} of {shot['room']} pixels wide")
+        axe = f"{len(shot['findings'])} serious findings of axe, " if shot["checked"] else ""
+        print(f"{shot['name']}: {shot['requests']} requests, {axe}{shot['width']} of {shot['room']} pixels wide")
 
 
 def problems_of(seen):
@@ -61,7 +62,8 @@ def main(make_report, folder, tools):
     print(f"html-validate: {len(problems)} problems, {page.stat().st_size} bytes")
     shutil.copy(HERE / "look.mjs", modules.parent)
     (folder / "screenshots").mkdir(exist_ok=True)
-    seen = subprocess.run(["node", modules.parent / "look.mjs", browser, page, folder / "screenshots"],
+    by_axe = todays(["light", "dark", "narrow"], 3)
+    seen = subprocess.run(["node", modules.parent / "look.mjs", browser, page, folder / "screenshots", *by_axe],
                           stdout=subprocess.PIPE, text=True, check=True)
     seen = json.loads(seen.stdout)
     show(seen)

@@ -150,6 +150,72 @@ class Against(Workplace):
             self.assertIsNotNone(found[name]["manifest"]["line"])
         self.assertNotIn("meshgauge-against", json.dumps(report))  # copies lie there
 
+    def test_a_file_of_the_revision_that_no_candidate_has_is_an_error(self):
+        for name in ("kept", "deleted", "moved", "Case", "other"):
+            self.file(f"parts/{name}.obj", square())
+        self.file("sub/parts/deep/deleted.obj", square())
+        self.file("elsewhere/x.obj", square())
+        self.commit()
+        for name in ("parts/deleted", "sub/parts/deep/deleted", "elsewhere/x"):
+            self.git("rm", "--quiet", f"{name}.obj")
+        self.git("mv", "parts/moved.obj", "attic.obj")
+        self.git("mv", "parts/Case.obj", "parts/case.obj")
+        (self.folder / "parts/other.obj").unlink()  # also where it is not committed
+        self.file("sub/parts/deep/left.obj", square())
+        self.commit()
+        gates = ("gates:\n  - {name: '{stem}', candidate: 'parts/*.obj', baseline: 'parts/{name}', max_distance: 1%s}\n"
+                 "  - {name: 'sub {stem}', candidate: 'sub/**/*.obj', baseline: 'sub/{dir}/{name}', max_distance: 1%s}\n")
+        self.file("gates.yaml", "version: 1\n" + gates % ("", ""))
+        report = self.report(3, "gates.yaml", "--against", "HEAD~1")
+        found = {gate["name"]: gate for gate in report["gates"]}
+        lost = {f"HEAD~1:{name}.obj" for name in ("parts/deleted", "parts/moved", "parts/Case", "parts/other", "sub/parts/deep/deleted")}
+        self.assertEqual(set(found), {"kept", "case", "sub left", *lost})
+        self.assertEqual(found["kept"]["verdict"], "pass")
+        self.assertIn("there it is 'parts/Case.obj'", found["case"]["error"]["message"])
+        for name in lost:
+            self.assertEqual(found[name]["verdict"], "error")
+            line = 4 if "sub" in name else 3
+            glob = "sub/**/*.obj" if "sub" in name else "parts/*.obj"
+            self.assertEqual(found[name]["manifest"]["line"], line)
+            self.assertIn(f"the baseline '{name}' has no candidate: '{glob}' finds none; when it is gone on purpose, write "
+                          "'unmatched_baselines: ignore'", found[name]["error"]["message"])
+        self.exits(0, "gates.yaml", "--against", "HEAD~1", "--only", "kept")
+        ignored = ", unmatched_baselines: ignore"
+        self.file("gates.yaml", "version: 1\n" + gates % (ignored, ignored))
+        self.assertEqual(set(self.verdicts(3, "gates.yaml", "--against", "HEAD~1")), {"kept", "case", "sub left"})
+
+    def test_a_new_part_is_not_said_to_be_another_one_that_is_still_there(self):
+        self.file("lod0/chair.obj", square())
+        self.commit()
+        self.file("lod1/chair.obj", square())
+        self.assertIn("it is new, or had another name there", self.error_of(
+            "lod1/chair.obj", "--against", "HEAD", "--max-distance", "1 mm"))
+
+    def test_a_partial_clone_lacks_a_baseline(self):
+        for name, height in (("here", 0.1), ("lacking", 0.2), ("another", 0.3)):
+            self.file(f"{name}.obj", square(height))
+        self.commit()
+        for name in ("lacking", "another"):
+            self.file(f"{name}.obj", square(0.5))
+        self.commit()
+        self.git("config", "uploadpack.allowFilter", "true")
+        self.git("clone", "--quiet", "--filter=blob:none", f"file://{self.folder}", "clone")
+        self.file("clone/gates.yaml", "version: 1\ngates:\n  - {name: '{stem}', candidate: '*.obj', baseline: '{name}', max_distance: 1}\n")
+        report = self.report(3, "clone/gates.yaml", "--against", "HEAD~1")
+        found = {gate["name"]: gate for gate in report["gates"]}
+        self.assertEqual({name for name, gate in found.items() if gate["verdict"] == "pass"}, {"flat", "raised", "here"})
+        self.assertIn("its content is not in this partial clone; fetch it by git cat-file -e 'HEAD~1:lacking.obj'",
+                      found["lacking"]["error"]["message"])
+        self.git("cat-file", "-e", "HEAD~1:lacking.obj", folder="clone")
+        self.assertEqual(self.verdicts(0, "clone/gates.yaml", "--against", "HEAD~1", "--only", "lacking"), {"lacking": "pass"})
+
+    def test_a_repository_of_another_user(self):
+        self.file("part.obj", square())
+        self.commit()
+        result = self.exits(3, "part.obj", "--against", "HEAD", "--max-distance", "1", environment={
+            "GIT_TEST_ASSUME_DIFFERENT_OWNER": "1", **IDENTITY})
+        self.assertIn("trust it by 'git config --global --add safe.directory", result.stderr)
+
     def test_a_scene_has_the_files_beside_it(self):
         for size in (1, 2):
             text, data = scene("data/points.bin", size)

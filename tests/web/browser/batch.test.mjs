@@ -1,14 +1,14 @@
 // The page of a batch: while it runs and at its end, its list, its link on the way back, a key, and damaged links.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { test } from "node:test";
 import { batchAt, begun, ended, square, stored } from "./batches.mjs";
 import { faults } from "./browser.mjs";
 import { ply, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
-import { workplace } from "./workplace.mjs";
+import { todays, workplace } from "./workplace.mjs";
 
+const test = todays(3);
 const place = workplace(() => ({}), { serve: ["--workers", "4"] });
 const gate = { max_distance: 0.5, units: "mm" };
 

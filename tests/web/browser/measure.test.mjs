@@ -1,12 +1,12 @@
 // Two files, a limit, the interval as it shrinks, the verdict, its permanent link, and a job that is cancelled.
 import assert from "node:assert/strict";
-import { test } from "node:test";
 import { Tab } from "./browser.mjs";
 import { corpus, dented, obj, ply, rough, sphere, written } from "./meshes.mjs";
 import { seenInterval, Walk, watchInterval } from "./page.mjs";
 import { asked } from "./service.mjs";
-import { endless, endlessMeshes, lookup, workplace } from "./workplace.mjs";
+import { endless, endlessMeshes, lookup, todays, workplace } from "./workplace.mjs";
 
+const test = todays(2);
 const place = workplace(() => ({ "sphere.obj": obj(sphere(60)), "dented.ply": ply(dented(40)), ...endlessMeshes() }));
 
 const pair = () => {

@@ -1,11 +1,11 @@
 // Problems as a user sees them: which file or field they are about, and what to do.
 import assert from "node:assert/strict";
-import { test } from "node:test";
 import { dented, obj, ply, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
-import { lookup, workplace } from "./workplace.mjs";
+import { lookup, todays, workplace } from "./workplace.mjs";
 
 const good = obj(sphere(8));
+const test = todays(2);
 const place = workplace(() => ({
   "good.obj": good,
   "other.obj": obj(dented(8)),

@@ -1,12 +1,11 @@
 // The viewer against the service: the witness is drawn where the API says, colours are those of the numbers in the PLY.
 import assert from "node:assert/strict";
-import { test } from "node:test";
 import { parsePly } from "./files.mjs";
 import { findDisc, findMarks } from "./marks.mjs";
 import { dented, obj, scaled, sphere, stl } from "./meshes.mjs";
 import { colourOf, cross, difference, dot, length, minus, picture, plus, projected, unit } from "./pixels.mjs";
 import { asked } from "./service.mjs";
-import { lookup, workplace } from "./workplace.mjs";
+import { lookup, todays, workplace } from "./workplace.mjs";
 
 // Far from the origin, as parts of a plant are: single precision of the whole coordinate would be seen.
 const far = [120_000, -45_000, 8_000];
@@ -15,6 +14,7 @@ const far = [120_000, -45_000, 8_000];
 const dent = [1 / 3, 2 / 3, 2 / 3], bump = [2 / 3, -1 / 3, 2 / 3];
 const bulge = (d, way) => 0.1 * Math.exp(-20 * (1 - dot(d, way)));
 
+const test = todays(2);
 const place = workplace(() => ({
   "both.obj": obj(scaled(sphere(24, (d) => 1 - bulge(d, dent) + bulge(d, bump)), 20)),
   "dented.obj": obj(scaled(dented(24), 20)), "sphere.stl": stl(scaled(sphere(40), 20)),

@@ -1,10 +1,9 @@
 // Ways through the page that cross: cancelling, going back, measuring again, a service that is away.
 import assert from "node:assert/strict";
-import { test } from "node:test";
 import { dented, obj, sheet, sphere, xyz } from "./meshes.mjs";
 import { difference, picture, spot } from "./pixels.mjs";
 import { asked } from "./service.mjs";
-import { endless, endlessMeshes, lookup, workplace } from "./workplace.mjs";
+import { endless, endlessMeshes, lookup, todays, workplace } from "./workplace.mjs";
 
 // A closed torus that faces outwards, of this inner radius.
 const ring = (radius) => sheet(24, 12, (u, v) => {
@@ -12,6 +11,7 @@ const ring = (radius) => sheet(24, 12, (u, v) => {
   return [wide * Math.cos(a), wide * Math.sin(a), radius * Math.sin(b)];
 }, { ring: true });
 
+const test = todays(3);
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(30)), "dented.obj": obj(dented(30)), "small.obj": obj(sphere(12)), "smaller.obj": obj(dented(12)),
   "scan.xyz": xyz(dented(20)), "away.obj": obj(dented(30, 0.1, [0.2, 0, 0.1])), "ring.obj": obj(ring(0.4)), "thick.obj": obj(ring(0.5)),
