@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "check/gate.h"
-#include "check/manifest/mistake.h"
+#include "check/manifest/manifest.h"
 #include "check/outcome.h"
 #include "cli/option_flags.h"
 #include "engine/result.h"

@@ -8,6 +8,7 @@
 
 #include "check/criteria.h"
 #include "check/html/diagrams.h"
+#include "check/reports/reports.h"
 #include "check/reports/sample_reports.h"
 #include "folder.h"
 

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http/http_library.h"
+#include "server/main/checked.h"
 #include "tests/eventually.h"
 #include "tests/server/stand_in.h"
 #include "tests/server/store/implementations.h"
