@@ -25,7 +25,8 @@ using api::LengthUnit;
 // `candidate` is mesh a, `baseline` mesh b: a_to_b is from the candidate to the baseline.
 struct Gate {
   std::string name;                 // unique in a run
-  std::filesystem::path candidate;  // as a user would write it: relative to the current folder where possible
+  std::filesystem::path candidate;  // as a user would write it: relative to the current folder where possible; empty:
+                                    // there is none, as a defect says
   std::filesystem::path baseline;
   std::shared_ptr<const api::Pipes> pipes;    // what was sent by those of the two that are pipes; null: both are files
   std::shared_ptr<const api::Copies> copies;  // of a baseline of a revision, "main:lid.stl"; null: it is a file

@@ -394,8 +394,8 @@ Result<std::optional<check::Revision>> revision_of(const CheckFlags& flags, Gate
   return std::optional(std::move(*revision));
 }
 
-int check_gates(const CheckFlags& flags, const Asked& asked) {
-  Gates gates = asked.gates;
+int check_gates(const CheckFlags& flags, Asked asked) {
+  Gates& gates = asked.gates;
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
   Places places = inputs_of(flags, gates);
@@ -498,9 +498,9 @@ int update_baselines(const CheckFlags& flags, const Gates& gates) {
 }
 
 int run(const CheckFlags& flags) {
-  const Asked asked = gates_asked(flags);
+  Asked asked = gates_asked(flags);
   if (!asked.mistakes.empty()) return refuse(flags, asked);
-  return !flags.update.empty() ? update_baselines(flags, asked.gates) : check_gates(flags, asked);
+  return !flags.update.empty() ? update_baselines(flags, asked.gates) : check_gates(flags, std::move(asked));
 }
 
 }  // namespace

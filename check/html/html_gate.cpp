@@ -304,9 +304,10 @@ std::string facts_part(const GateOutcome& outcome) {
 }
 
 std::string subtitle(const GateOutcome& outcome) {
-  std::string out = "<p class=\"files\"><span>" + escaped(outcome.gate.candidate.string()) +
-                    "</span> <span class=\"muted\">against</span> <span>" + escaped(outcome.gate.baseline.string()) +
-                    "</span>";
+  std::string out = "<p class=\"files\">";
+  if (const std::string candidate = outcome.gate.candidate.string(); !candidate.empty())
+    out += "<span>" + escaped(candidate) + "</span> <span class=\"muted\">against</span> ";
+  out += "<span>" + escaped(outcome.gate.baseline.string()) + "</span>";
   if (!outcome.gate.manifest.empty()) {
     out += " <span class=\"muted\">" + escaped(outcome.gate.manifest) + ":" + std::to_string(outcome.gate.line) +
            "</span>";

@@ -132,6 +132,7 @@ class Expansion {
   // --only: a baseline does not tell whether its gate was selected.
   void check_unmatched() {
     if (lookup_.baselines == Baselines::may_be_missing || !lookup_.only.patterns().empty()) return;
+    if (lookup_.baselines == Baselines::of_revision) return add_open();
     const Utf8Locale utf8;
     for (const Gate& gate : gates) {
       const fs::path place = place_of(gate.baseline);
@@ -139,10 +140,7 @@ class Expansion {
       expected_.emplace(spelling_key(place.string()), gate.baseline);
     }
     for (const Found& found : found_) {
-      const Entry& entry = *found.entry;
-      const bool is_open = is_glob(entry.candidate.text) && has_placeholder(entry.baseline.text);
-      if (!is_open || entry.unmatched_ignored) continue;
-      lookup_.baselines == Baselines::of_revision ? add_open(entry) : check_unmatched(entry);
+      if (needs_candidates(*found.entry)) check_unmatched(*found.entry);
     }
   }
 
@@ -205,12 +203,21 @@ class Expansion {
 
   fs::path root() const { return folder_.empty() ? "." : folder_; }
 
-  void add_open(const Entry& entry) {
-    Gate gate = entry.gate;
-    gate.manifest = manifest_;
-    gate.line = entry.baseline.place.line;
-    open.push_back(
-        {std::move(gate), folder_ / baseline_glob(entry.candidate.text, entry.baseline.text), lack_of(entry)});
+  // Whether each file that its template of baselines matches needs a candidate.
+  static bool needs_candidates(const Entry& entry) {
+    return is_glob(entry.candidate.text) && has_placeholder(entry.baseline.text) && !entry.unmatched_ignored;
+  }
+
+  void add_open() {
+    for (const Found& found : found_) {
+      const Entry& entry = *found.entry;
+      if (!needs_candidates(entry)) continue;
+      Gate gate = entry.gate;
+      gate.manifest = manifest_;
+      gate.line = entry.baseline.place.line;
+      open.push_back(
+          {std::move(gate), root(), baseline_glob(entry.candidate.text, entry.baseline.text), lack_of(entry)});
+    }
   }
 
   static std::string lack_of(const Entry& entry) {
@@ -393,7 +400,8 @@ class Expansion {
 // Returns the gates. A missing or unusable file is a defect of its gate. Adds mistakes at the entry's candidate,
 // baseline or name: a glob without matches, or one that passes over files; a candidate that is its own baseline; a
 // baseline with a placeholder that is the same for two candidates; two gates of one name; a baseline that matches a
-// glob's template and has no candidate. The last is skipped for --update-baselines and with `only`.
+// glob's template and has no candidate. The last is skipped for --update-baselines and with `only`; for --against the
+// templates are returned instead.
 Gates expand(const std::vector<Entry>& entries, const fs::path& manifest, const Lookup& lookup, Mistakes& mistakes) {
   Expansion expansion(manifest, lookup, mistakes);
   for (const Entry& entry : entries) expansion.add(entry);
@@ -458,8 +466,16 @@ bool Selection::may_hold(std::string_view name_pattern) const {
   return patterns_.empty() || std::any_of(patterns_.begin(), patterns_.end(), meeting);
 }
 
+// "{dir}" beside other text, as in "base/{dir}.off", stands for folders and the beginning of a name.
 std::string baseline_glob(std::string_view candidate, std::string_view baseline) {
-  return filled(literal(baseline), patterns_of(candidate));
+  const std::string pattern = filled(literal(baseline), patterns_of(candidate));
+  std::string out = pattern.starts_with('/') ? "/" : "";
+  for (const std::string& part : components(pattern)) {
+    const std::size_t folders = part.rfind("**");
+    if (!out.empty() && !out.ends_with('/')) out += '/';
+    out += folders == std::string::npos || part == "**" ? part : "**/*" + part.substr(folders + 2);
+  }
+  return out;
 }
 
 std::vector<Mistake> defects_of(const Gates& read) {

@@ -40,11 +40,12 @@ class Selection {
   std::vector<std::string> patterns_;
 };
 
-// The baselines that candidates of a glob could have: which there are, a revision tells.
+// The template of a glob's baselines. A revision is searched for files that match it and are the baseline of no gate.
 struct OpenBaselines {
-  Gate gate;                      // what is asked of each, without names and files; its line is that of the template
-  std::filesystem::path pattern;  // which they match (glob.h), below the manifest's folder or absolute
-  std::string lack;               // "has no candidate: 'parts/*.stl' finds none": of one that no gate has
+  Gate gate;                     // what is asked of each, without names and files; its line is that of the template
+  std::filesystem::path folder;  // where the pattern begins
+  std::string pattern;           // glob.h
+  std::string lack;              // "has no candidate: 'parts/*.stl' finds none": of one that no gate has
 };
 
 struct Gates {

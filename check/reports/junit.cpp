@@ -80,7 +80,7 @@ std::string story_of(const GateOutcome& outcome) {
   if (const std::string advice = advice_of(outcome); !advice.empty()) story += advice + "\n";
   for (const std::string& note : notes_of(outcome)) story += "note: " + note + "\n";
   if (outcome.measured && !outcome.measured->link.empty()) story += "to be seen at: " + outcome.measured->link + "\n";
-  story += "candidate: " + shown_name(outcome.gate.candidate.string()) + "\n";
+  if (!outcome.gate.candidate.empty()) story += "candidate: " + shown_name(outcome.gate.candidate.string()) + "\n";
   story += "baseline: " + shown_name(outcome.gate.baseline.string()) + "\n";
   if (const std::string source = source_of(outcome.gate); !source.empty()) story += "gate: " + source + "\n";
   return story;

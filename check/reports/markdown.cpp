@@ -259,10 +259,9 @@ std::string section_of(const Row& row, Form form) {
     text += "- witness " + in_prose(witness) + "\n";
   for (const std::string& course : courses_of(outcome)) text += "- " + course + "\n";
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
-  if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest
-    text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
-    text += "- baseline " + code(outcome.gate.baseline.string()) + "\n";
-  }
+  const Gate& gate = outcome.gate;  // a mistake of the manifest has no files
+  if (!gate.candidate.empty()) text += "- candidate " + code(gate.candidate.string()) + "\n";
+  if (!gate.baseline.empty()) text += "- baseline " + code(gate.baseline.string()) + "\n";
   if (const std::string source = source_of(outcome.gate); !source.empty()) text += "- gate " + code(source) + "\n";
   return text;
 }

@@ -26,6 +26,7 @@
 #include "check/files.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/spelling.h"
+#include "check/revision/templates.h"
 
 namespace meshgauge::check {
 namespace {
@@ -118,23 +119,28 @@ std::vector<std::string> companions_of(const fs::path& file) {
   return names;
 }
 
-std::string folder_in_repository(const std::string& path) {
-  const std::size_t slash = path.rfind('/');
-  return slash == std::string::npos ? "" : path.substr(0, slash + 1);
-}
-
-std::string_view name_in_folder(std::string_view path) { return path.substr(path.rfind('/') + 1); }
-
 // Whether the path is one of `paths`, or on the way to one.
 bool leads_to(const std::set<std::string>& paths, const std::string& path) {
   const auto below = paths.lower_bound(path + "/");
   return paths.contains(path) || (below != paths.end() && below->starts_with(path + "/"));
 }
 
+// A path as a name of a gate: what is no character, or controls a terminal, as %XX.
+std::string in_plain_characters(const std::string& path) {
+  if (is_utf8(path) && find_control(path) == std::string::npos) return path;
+  std::string out;
+  for (const char c : path) {
+    constexpr const char* kDigits = "0123456789ABCDEF";
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte >= 0x20 && byte < 0x7F;
+    out += plain ? std::string(1, c) : std::string{'%', kDigits[byte / 16], kDigits[byte % 16]};
+  }
+  return out;
+}
+
 // In a container of CI the work tree is another user's: git's own remedy stands some lines below its message.
 std::string remedied(const std::string& message) {
-  const std::size_t quote = message.find("dubious ownership in repository at '");
-  if (quote == std::string::npos) return message;
+  if (message.find("dubious ownership") == std::string::npos) return message;
   return message + "; trust it by 'git config --global --add safe.directory \"$PWD\"' in its folder";
 }
 
@@ -203,37 +209,33 @@ Result<Done> Revision::read_tree(const std::set<std::string>& paths) {
 
 Result<std::vector<Gate>> Revision::without_candidate(const std::vector<OpenBaselines>& open,
                                                       const std::set<std::string>& paths) const {
-  struct Pattern {
-    const OpenBaselines* of;
-    std::string start;  // of the paths that match
-    std::vector<std::string> parts;
+  std::vector<Gate> gates;
+  if (open.empty()) return gates;
+  const auto lost = [&](const OpenBaselines& of, const std::string& path) {
+    Gate gate = of.gate;
+    gate.baseline = name_.ref + ":" + path;
+    gate.name = name_.ref + ":" + in_plain_characters(path);
+    return gate;
   };
   const Utf8Locale utf8;
-  std::vector<Pattern> patterns;
-  for (const OpenBaselines& each : open) {
-    if (const auto pattern = path_of(each.pattern))
-      patterns.push_back({&each, pattern->substr(0, pattern->find_first_of("*?[")), components(*pattern)});
+  Templates templates;
+  for (const OpenBaselines& of : open) {
+    const auto within = path_of(of.folder / fixed_folder(of.pattern) / "*");
+    if (within) {
+      templates.add(of, folder_in_repository(*within));
+    } else {
+      gates.push_back(lost(of, of.pattern));
+      add_defect(gates.back(), within.error().message);
+    }
   }
-  std::vector<Gate> gates;
-  if (patterns.empty()) return gates;
-  std::error_code failed;
-  const fs::path here = fs::current_path(failed);
   const auto done = list_tree([&](const std::string& path, std::string_view mode, std::string_view) {
-    if (gates.size() > kMaxGates || mode == kSubmodule || mode == kSymbolicLink || paths.contains(path)) return;
-    const auto open_to = [&](const Pattern& pattern) {
-      if (!path.starts_with(folder_in_repository(pattern.start))) return false;
-      const auto different = differences(pattern.parts, components(path));
-      return different && (*different & of_leading_dot) == 0;
-    };
-    const auto found = std::ranges::find_if(patterns, open_to);
-    if (found == patterns.end()) return;
-    Gate gate = found->of->gate;
-    gate.baseline = name_.ref + ":" + path;
-    gate.name =
-        is_utf8(path) && find_control(path) == std::string::npos ? gate.baseline.string() : api::shown_text(path);
-    gate.candidate = (top_ / path).lexically_proximate(here);
-    add_defect(gate, found->of->lack + "; when it is gone on purpose, write 'unmatched_baselines: ignore'");
-    gates.push_back(std::move(gate));
+    if (gates.size() > kMaxGates || mode == kSubmodule || paths.contains(path)) return;
+    const OpenBaselines* of = templates.matching(path);
+    if (!of) return;
+    gates.push_back(lost(*of, path));
+    add_defect(gates.back(), of->lack +
+                                 "; if it is gone on purpose, the error ends with a revision that lacks it too, and " +
+                                 "'unmatched_baselines: ignore' accepts all that are gone");
   });
   if (!done) return bad_revision(done.error().message);
   return gates;
@@ -319,8 +321,8 @@ Result<Done> Revision::fetch(const Needed& needed) {
       return bad_revision("many files of " + name_.in_words() +
                           " are not in this partial clone: clone without '--filter'");
     Copy& copy = *needed[read++];
-    copy.defect = "cannot be read: its content is not in this partial clone; fetch it by git cat-file -e " +
-                  api::shown_text(name_.ref + ":" + copy.path) + ", or clone without '--filter'";
+    copy.defect = "cannot be read: its content is not in this partial clone; fetch it by 'git cat-file -e " +
+                  copy.object + "', or clone without '--filter'";
   }
   return Done{};
 }
@@ -426,11 +428,12 @@ Result<Done> Revision::take_baselines(std::vector<Gate>& gates, const std::vecto
   }
   const std::set<std::string> of_gates(paths.begin(), paths.end());
   if (auto ok = read_tree(of_gates); !ok) return bad_revision(ok.error().message);
-  const auto left = without_candidate(open, of_gates);
-  if (!left) return left.error();
-  if (gates.size() + left->size() > kMaxGates)
+  auto lost = without_candidate(open, of_gates);
+  if (!lost) return lost.error();
+  if (gates.size() + lost->size() > kMaxGates)
     return bad_revision("too many files of " + name_.in_words() + " have no candidate: more than " +
-                        std::to_string(kMaxGates) + " gates with them");
+                        std::to_string(kMaxGates) +
+                        " gates with them: split the manifest, or write 'unmatched_baselines: ignore'");
   if (auto ok = make_folder(); !ok) return ok;
   for (const std::string& path : paths) {
     if (!path.empty()) add_copy(path);
@@ -452,7 +455,10 @@ Result<Done> Revision::take_baselines(std::vector<Gate>& gates, const std::vecto
     gates[i].copies = places;
     if (const Copy& copy = copies_.at(paths[i]); !copy.defect.empty()) add_defect(gates[i], copy.defect);
   }
-  gates.insert(gates.end(), left->begin(), left->end());
+  for (Gate& gate : *lost) {
+    gate.copies = places;
+    gates.push_back(std::move(gate));
+  }
   return Done{};
 }
 

@@ -40,9 +40,9 @@ class Revision {
   // Replaces the baseline of each gate by the file of that path in the revision, named "REF:path" and copied with the
   // files that it needs (Gate::copies); a candidate that is called so gets "./" before its name. The content of a Git
   // LFS pointer comes from the repository's own store. What the revision does not hold is a defect of its gate. Adds a
-  // gate with a defect for each file of the revision that is one of the `open` baselines and that of no gate: it has no
-  // candidate. An Error: the copies cannot be made, or there are more than kMaxGates. Precondition: called once; the
-  // object outlives the measurement.
+  // gate "REF:path" with a defect and without a candidate for each file of the revision that matches one of `open` and
+  // is the baseline of no gate. An Error: the copies cannot be made, or there are more than kMaxGates. Precondition:
+  // called once; the object outlives the measurement.
   Result<Done> take_baselines(std::vector<Gate>& gates, const std::vector<OpenBaselines>& open);
 
   // Before the process ends without destructors; nothing is read after it.
@@ -74,7 +74,7 @@ class Revision {
   // Adds what the revision has at these paths, or on the way to them, to tree_, and the files of the same names, upper
   // and lower case aside, to namesakes_.
   Result<Done> read_tree(const std::set<std::string>& paths);
-  // Gates of the open baselines whose paths are none of `paths`.
+  // The gates of files that match one of `open` and are none of `paths`.
   Result<std::vector<Gate>> without_candidate(const std::vector<OpenBaselines>& open,
                                               const std::set<std::string>& paths) const;
   Result<Done> make_folder();
@@ -85,7 +85,7 @@ class Revision {
   void add_copy(const std::string& path);
   void find_object(Copy& copy) const;
   Result<Done> fetch(const Needed& needed);
-  // Reads these and counts in `read` how many. `trouble`: why it cannot go on, unless git says it.
+  // Copies these and adds their number to `read`. `trouble`: why it cannot go on, unless git says it.
   Result<Done> fetch(std::span<Copy* const> needed, std::size_t& read, std::string& trouble);
   Result<Done> fetch_companions();
   // Copies so many bytes of `from`. False: it cannot go on, as `trouble` says unless `from` failed.

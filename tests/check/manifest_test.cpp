@@ -143,6 +143,8 @@ TEST_CASE("baseline glob: the names that candidates of a glob can give") {
                          {"new/**", "base/{dir}/{name}", "base/**/*"},
                          {"new/v?/in/part.stl", "base/{dir}/{stem}.off", "base/v?/in/part.off"},
                          {"new/*.stl", "base/{dir}/{stem}.off", "base/*.off"},
+                         {"new/**/mesh.stl", "base/{dir}.off", "base/**/*.off"},
+                         {"new/**/*.stl", "base/x-{dir}-y/{name}", "base/**/*-y/*.stl"},
                          {"/new/*.stl", "/base[1]/{stem}.off", "/base[[]1]/*.off"}}) {
     CAPTURE(row.candidate);
     CHECK(baseline_glob(row.candidate, row.baseline) == row.glob);

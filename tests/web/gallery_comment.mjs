@@ -78,7 +78,7 @@ function markdown(place, reports) {
   const env = {
     ...process.env, PYTHONPATH: join(root, "docker/ci"), PYTHONUTF8: "1",
     COMMENT_REPORTS: reports, COMMENT_PICTURES: pathToFileURL(join(reports, "pictures")).href,
-    GITHUB_SERVER_URL: "https://github.com", GITHUB_REPOSITORY: "OWNER/parts", GITHUB_RUN_ID: "1",
+    GITHUB_SERVER_URL: "https://github.com", GITHUB_REPOSITORY: "example/parts", GITHUB_RUN_ID: "1",
   };
   return execFileSync("python3", ["-B", "-c", program, head], { cwd: place, env, encoding: "utf8" });
 }

@@ -68,6 +68,7 @@ def main(make_report, folder, tools):
     seen = json.loads(seen.stdout)
     show(seen)
     problems += problems_of(seen)
+    problems += [f"axe did not see {name}" for name in by_axe if name not in {shot["name"] for shot in seen["views"] if shot["checked"]}]
     print("\n".join(problems))
     return 1 if problems else 0
 

@@ -146,7 +146,8 @@ class Words(Place):
         for page, folder in ((MANUAL, ROOT / "docs"), (PIPELINE, ROOT)):
             for target in re.findall(r"\]\(([^)\s]+)\)", page):
                 path, _, anchor = target.partition("#")
-                text = (folder / path).read_text() if path else page
+                self.assertTrue((folder / path).exists(), target)
+                text = (folder / path).read_text() if path.endswith(".md") else "" if path else page
                 headings = {re.sub(r"[^\w -]", "", h).strip().lower().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", text, re.M)}
                 self.assertTrue(not anchor or anchor in headings, target)
 

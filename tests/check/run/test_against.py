@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import struct
@@ -177,12 +178,69 @@ class Against(Workplace):
             line = 4 if "sub" in name else 3
             glob = "sub/**/*.obj" if "sub" in name else "parts/*.obj"
             self.assertEqual(found[name]["manifest"]["line"], line)
-            self.assertIn(f"the baseline '{name}' has no candidate: '{glob}' finds none; when it is gone on purpose, write "
-                          "'unmatched_baselines: ignore'", found[name]["error"]["message"])
+            self.assertIn(f"the baseline '{name}' has no candidate: '{glob}' finds none; if it is gone on purpose", found[name]["error"]["message"])
+            self.assertEqual((found[name]["candidate"], found[name]["baseline"]), ("", name))
+        reports = ("html", "junit", "markdown", "sarif", "code-quality")
+        self.exits(3, "gates.yaml", "--against", "HEAD~1", *(f"--{kind}=out.{kind}" for kind in reports))
+        for kind in reports:
+            self.assertIn("HEAD~1:parts/deleted.obj", (self.folder / f"out.{kind}").read_text(), kind)
         self.exits(0, "gates.yaml", "--against", "HEAD~1", "--only", "kept")
         ignored = ", unmatched_baselines: ignore"
         self.file("gates.yaml", "version: 1\n" + gates % (ignored, ignored))
         self.assertEqual(set(self.verdicts(3, "gates.yaml", "--against", "HEAD~1")), {"kept", "case", "sub left"})
+
+    def lost(self, candidate, baseline, manifest="gates.yaml", more=""):
+        """The paths of the revision HEAD~1 that have no candidate."""
+        self.file(manifest, "version: 1\ngates:\n  - {name: '{dir} {name}', candidate: '%s', baseline: '%s', max_distance: 1%s}\n"
+                  % (candidate, baseline, more))
+        gates = self.report(3, manifest, "--against", "HEAD~1")["gates"]
+        return {gate["baseline"].removeprefix("HEAD~1:") for gate in gates if not gate["candidate"]}
+
+    def test_losses_in_strange_places(self):
+        places = ("app/[id]/parts", "assets/a/golden", "assets/b/c/golden", "Base", "links")
+        for place in places:
+            for name in ("left", "lost"):
+                self.file(f"{place}/{name}.obj", square())
+        self.file("Base/lost one .obj", square())
+        self.file("Base/.hidden.obj", square())
+        self.file("base/left.obj", square())
+        self.file("names/left.obj", square())
+        self.file("names/a\x01.obj", square())
+        self.file("flatter/a/b.obj", square())
+        self.file("flatter/c/d.obj", square())
+        (self.folder / "links/link.obj").symlink_to("left.obj")
+        self.commit()
+        for place in places:
+            self.git("rm", "--quiet", f"{place}/lost.obj")
+        for path in ("links/link.obj", "names/a\x01.obj", "Base/lost one .obj"):
+            self.git("rm", "--quiet", path)
+        for at in ("a", "b/c"):
+            self.file(f"assets/{at}/new/left.obj", square())
+        self.file("made/left.obj", square())
+        self.file("deep/a/b/mesh.obj", square())
+        self.commit()
+        self.assertEqual(self.lost("parts/*.obj", "parts/{name}", "app/[id]/gates.yaml"), {"app/[id]/parts/lost.obj"})
+        self.assertEqual(self.lost("assets/**/new/*.obj", "assets/{dir}/../golden/{name}"),
+                         {"assets/a/golden/lost.obj", "assets/b/c/golden/lost.obj"})
+        self.assertEqual(self.lost("made/*.obj", "base/{name}"), {"Base/left.obj", "Base/lost.obj", "Base/lost one .obj"})
+        self.assertEqual(self.lost("links/*.obj", "links/{name}"), {"links/lost.obj", "links/link.obj"})
+        self.assertEqual(self.lost("deep/**/mesh.obj", "flatter/{dir}.obj"), {"flatter/c/d.obj"})
+        self.assertEqual(self.lost("made/*.obj", str(self.folder / "links/{name}")), {"links/lost.obj", "links/link.obj"})
+        self.assertEqual(self.lost("names/*.obj", "names/{name}"), {"names/a\x01.obj"})
+        names = {gate["name"] for gate in self.report(3, "gates.yaml", "--against", "HEAD~1")["gates"]}
+        self.assertIn("HEAD~1:names/a%01.obj", names)
+
+    def test_a_lost_file_that_is_called_as_a_baseline(self):
+        """The work tree's file of that name is never read in place of the baseline."""
+        self.file("part.obj", square())
+        self.file("HEAD:part.obj", square(2.0))
+        self.file("sub/other.obj", square())
+        self.commit()
+        self.file("gates.yaml", "version: 1\ngates:\n  - {name: '{stem}', candidate: 'p*.obj', baseline: '{name}', max_distance: 1}\n"
+                  "  - {name: 'own {stem}', candidate: 'sub/*.obj', baseline: 'HEAD:{stem}.obj', max_distance: 1}\n")
+        found = {gate["name"]: gate for gate in self.report(3, "gates.yaml", "--against", "HEAD")["gates"]}
+        self.assertEqual(found["part"]["verdict"], "pass")
+        self.assertEqual(found["HEAD:HEAD:part.obj"]["verdict"], "error")
 
     def test_a_new_part_is_not_said_to_be_another_one_that_is_still_there(self):
         self.file("lod0/chair.obj", square())
@@ -204,9 +262,9 @@ class Against(Workplace):
         report = self.report(3, "clone/gates.yaml", "--against", "HEAD~1")
         found = {gate["name"]: gate for gate in report["gates"]}
         self.assertEqual({name for name, gate in found.items() if gate["verdict"] == "pass"}, {"flat", "raised", "here"})
-        self.assertIn("its content is not in this partial clone; fetch it by git cat-file -e 'HEAD~1:lacking.obj'",
-                      found["lacking"]["error"]["message"])
-        self.git("cat-file", "-e", "HEAD~1:lacking.obj", folder="clone")
+        told = found["lacking"]["error"]["message"]
+        self.assertIn("its content is not in this partial clone", told)
+        self.git("cat-file", "-e", re.search("'git cat-file -e ([0-9a-f]{40})'", told)[1], folder="clone")
         self.assertEqual(self.verdicts(0, "clone/gates.yaml", "--against", "HEAD~1", "--only", "lacking"), {"lacking": "pass"})
 
     def test_a_repository_of_another_user(self):

@@ -189,6 +189,7 @@ TEST_CASE("front: far pairs have the distance of the paper's strategy") {
   std::mt19937_64 random(63);
   const Mesh sphere = shapes::sphere(50), soup = shapes::soup(6000, random), grid = shapes::grid(60);
   constexpr Direction kDirections[] = {Direction::a_to_b, Direction::b_to_a, Direction::symmetric};
+  CAPTURE(today());
   for (const std::uint64_t direction : todays_part(3, 3)) {
     const Options options = precise(kDirections[direction]);
     check_against_four_point(sphere, shapes::moved(grid, {3, 1, 0}), options);

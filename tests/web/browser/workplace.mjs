@@ -36,7 +36,8 @@ export function workplace(make = () => ({}), { serve = [], browse = [plainPage] 
 
 // Of what takes long each day tries another part: the date, as 20261129, is the seed. MESHGAUGE_SEED is another day's; with
 // `all` each part is tried.
-const seed = process.env.MESHGAUGE_SEED ?? new Date().toISOString().slice(0, 10).replaceAll("-", "");
+const seed = process.env.MESHGAUGE_SEED || new Date().toISOString().slice(0, 10).replaceAll("-", "");
+if (!/^(all|\d+)$/.test(seed)) throw new Error(`MESHGAUGE_SEED is a number or all, not ${seed}`);
 
 // Whether the i-th of many is of today's part, one of so many parts.
 export const isOfToday = (i, parts) => seed === "all" || i % parts === Number(seed) % parts;
@@ -44,7 +45,7 @@ export const isOfToday = (i, parts) => seed === "all" || i % parts === Number(se
 // `test` for walks that do not need each other: of them, in their order, today's part is tried.
 export function todays(parts) {
   let number = 0;
-  return (name, walk) => test(name, { skip: isOfToday(number++, parts) ? false : "on another day" }, walk);
+  return (name, walk) => test(name, { skip: isOfToday(number++, parts) ? false : `on another day than ${seed}` }, walk);
 }
 
 export const seedText = `seed ${seed}`;
