@@ -73,6 +73,27 @@ std::string literal(std::string_view text) {
   return out;
 }
 
+// Whether "{dir}" is a part of a component of the template, as in "base/{dir}.off": its first folder is then part of
+// another folder's name, and its last one of a file's.
+bool has_folder_beside_text(std::string_view baseline) {
+  const std::string kFolder = "\1";
+  const std::vector<std::string> parts = components(filled(baseline, {"", "", kFolder}));
+  return std::ranges::any_of(
+      parts, [&](const std::string& part) { return part != kFolder && part.find(kFolder) != std::string::npos; });
+}
+
+// Placeholders side by side make "**" of two stars, which stands for folders where it is alone.
+std::string with_single_stars(const std::string& pattern) {
+  std::string out = pattern.starts_with('/') ? "/" : "";
+  for (const std::string& part : components(pattern)) {
+    if (!out.empty() && !out.ends_with('/')) out += '/';
+    for (const char c : part) {
+      if (c != '*' || part == "**" || !out.ends_with('*')) out += c;
+    }
+  }
+  return out;
+}
+
 // Relative to the current folder if it lies below it, as a user would write it.
 fs::path as_written(const fs::path& folder, const std::string& text) {
   const fs::path path = (folder / text).lexically_normal();
@@ -215,8 +236,8 @@ class Expansion {
       Gate gate = entry.gate;
       gate.manifest = manifest_;
       gate.line = entry.baseline.place.line;
-      open.push_back(
-          {std::move(gate), root(), baseline_glob(entry.candidate.text, entry.baseline.text), lack_of(entry)});
+      for (std::string& pattern : baseline_globs(entry.candidate.text, entry.baseline.text))
+        open.push_back({gate, root(), std::move(pattern), lack_of(entry)});
     }
   }
 
@@ -225,7 +246,11 @@ class Expansion {
   }
 
   void check_unmatched(const Entry& entry) {
-    const std::string pattern = baseline_glob(entry.candidate.text, entry.baseline.text);
+    for (const std::string& pattern : baseline_globs(entry.candidate.text, entry.baseline.text))
+      check_matches(entry, pattern);
+  }
+
+  void check_matches(const Entry& entry, const std::string& pattern) {
     const auto found = glob(root(), pattern, lookup_.globs);
     if (!found) {
       mistakes_.add(entry.baseline.place, "gate " + api::shown_text(entry.name.text) + ": the baseline " +
@@ -466,16 +491,18 @@ bool Selection::may_hold(std::string_view name_pattern) const {
   return patterns_.empty() || std::any_of(patterns_.begin(), patterns_.end(), meeting);
 }
 
-// "{dir}" beside other text, as in "base/{dir}.off", stands for folders and the beginning of a name.
-std::string baseline_glob(std::string_view candidate, std::string_view baseline) {
-  const std::string pattern = filled(literal(baseline), patterns_of(candidate));
-  std::string out = pattern.starts_with('/') ? "/" : "";
-  for (const std::string& part : components(pattern)) {
-    const std::size_t folders = part.rfind("**");
-    if (!out.empty() && !out.ends_with('/')) out += '/';
-    out += folders == std::string::npos || part == "**" ? part : "**/*" + part.substr(folders + 2);
+std::vector<std::string> baseline_globs(std::string_view candidate, std::string_view baseline) {
+  const std::string text = literal(baseline);
+  NameParts patterns = patterns_of(candidate);
+  const std::vector<std::string> folders = components(patterns.dir);
+  const bool any_folders = std::ranges::find(folders, std::string("**")) != folders.end();
+  if (!any_folders || !has_folder_beside_text(text)) return {with_single_stars(filled(text, patterns))};
+  std::vector<std::string> globs;
+  for (const char* value : {"*", "*/**/*"}) {
+    patterns.dir = value;
+    globs.push_back(with_single_stars(filled(text, patterns)));
   }
-  return out;
+  return globs;
 }
 
 std::vector<Mistake> defects_of(const Gates& read) {

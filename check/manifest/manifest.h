@@ -71,9 +71,10 @@ Gates gates_of(const std::filesystem::path& manifest, Baselines baselines = Base
 Gates gates_within(const std::shared_ptr<const api::Confines>& confines, const std::string& manifest,
                    const Selection& only = {}, const Interrupted& interrupted = never_interrupted);
 
-// Returns a glob of every baseline that candidates of the glob `candidate` could have by the template `baseline`: for
-// "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". It may match more files, never fewer. It
-// finds baselines whose candidate was not written: the glob of the candidates cannot show them.
-std::string baseline_glob(std::string_view candidate, std::string_view baseline);
+// Returns globs of every baseline that candidates of the glob `candidate` could have by the template `baseline`: for
+// "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". Together they may match more files, never
+// fewer. They find baselines whose candidate was not written: the glob of the candidates cannot show them. "{dir}" beside
+// text, as in "base/{dir}.off", takes two: for one folder and for more.
+std::vector<std::string> baseline_globs(std::string_view candidate, std::string_view baseline);
 
 }  // namespace meshgauge::check

@@ -61,9 +61,9 @@ Properties properties_of(const GateOutcome& outcome, Level level) {
   const Gate& gate = outcome.gate;
   Properties properties{{"verdict", std::string(to_string(outcome.verdict()))},
                         {"level", std::string(to_string(level))},
-                        {"candidate", shown_name(gate.candidate.string())},
-                        {"baseline", shown_name(gate.baseline.string())},
                         {"direction", std::string(api::name_of(api::kDirections, gate.request.options.direction))}};
+  if (!gate.candidate.empty()) properties.emplace_back("candidate", shown_name(gate.candidate.string()));
+  if (!gate.baseline.empty()) properties.emplace_back("baseline", shown_name(gate.baseline.string()));
   if (const std::string unit = outcome.unit(); !unit.empty()) properties.emplace_back("units", unit);
   for (const std::string& note : notes_of(outcome)) properties.emplace_back("note", note);
   if (!gate.manifest.empty()) properties.emplace_back("source", source_of(gate));
@@ -81,7 +81,7 @@ std::string story_of(const GateOutcome& outcome) {
   for (const std::string& note : notes_of(outcome)) story += "note: " + note + "\n";
   if (outcome.measured && !outcome.measured->link.empty()) story += "to be seen at: " + outcome.measured->link + "\n";
   if (!outcome.gate.candidate.empty()) story += "candidate: " + shown_name(outcome.gate.candidate.string()) + "\n";
-  story += "baseline: " + shown_name(outcome.gate.baseline.string()) + "\n";
+  if (!outcome.gate.baseline.empty()) story += "baseline: " + shown_name(outcome.gate.baseline.string()) + "\n";
   if (const std::string source = source_of(outcome.gate); !source.empty()) story += "gate: " + source + "\n";
   return story;
 }

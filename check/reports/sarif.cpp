@@ -62,10 +62,10 @@ Json properties_of(const GateOutcome& outcome) {
   const Gate& gate = outcome.gate;
   Json properties{{"gate", shown_name(gate.name)},
                   {"verdict", to_string(outcome.verdict())},
-                  {"candidate", shown_name(gate.candidate.string())},
-                  {"baseline", shown_name(gate.baseline.string())},
                   {"direction", api::name_of(api::kDirections, gate.request.options.direction)},
                   {"wallMs", finite_or_null(outcome.wall_ms)}};
+  if (!gate.candidate.empty()) properties["candidate"] = shown_name(gate.candidate.string());
+  if (!gate.baseline.empty()) properties["baseline"] = shown_name(gate.baseline.string());
   if (const std::string unit = outcome.unit(); !unit.empty()) properties["units"] = unit;
   if (const auto notes = notes_of(outcome); !notes.empty()) properties["notes"] = notes;
   if (!outcome.measured) return properties;

@@ -219,23 +219,25 @@ Result<std::vector<Gate>> Revision::without_candidate(const std::vector<OpenBase
   };
   const Utf8Locale utf8;
   Templates templates;
+  std::set<std::string> names;
   for (const OpenBaselines& of : open) {
     const auto within = path_of(of.folder / fixed_folder(of.pattern) / "*");
     if (within) {
       templates.add(of, folder_in_repository(*within));
-    } else {
-      gates.push_back(lost(of, of.pattern));
-      add_defect(gates.back(), within.error().message);
+    } else if (Gate gate = lost(of, of.pattern); names.insert(gate.name).second) {
+      add_defect(gate, within.error().message);
+      gates.push_back(std::move(gate));
     }
   }
   const auto done = list_tree([&](const std::string& path, std::string_view mode, std::string_view) {
     if (gates.size() > kMaxGates || mode == kSubmodule || paths.contains(path)) return;
     const OpenBaselines* of = templates.matching(path);
     if (!of) return;
-    gates.push_back(lost(*of, path));
-    add_defect(gates.back(), of->lack +
-                                 "; if it is gone on purpose, the error ends with a revision that lacks it too, and " +
-                                 "'unmatched_baselines: ignore' accepts all that are gone");
+    Gate gate = lost(*of, path);
+    while (!names.insert(gate.name).second) gate.name += '%';
+    add_defect(gate, of->lack + "; if it is gone on purpose, the error ends with a revision that lacks it too, and " +
+                         "'unmatched_baselines: ignore' accepts all that are gone");
+    gates.push_back(std::move(gate));
   });
   if (!done) return bad_revision(done.error().message);
   return gates;

@@ -9,23 +9,87 @@
 namespace meshgauge::check {
 namespace {
 
+using Parts = std::vector<std::string>;
+
+// A '[' of a name, as a pattern has it.
+constexpr std::string_view kBracket = "[[]";
+
+std::string as_name(std::string part) {
+  for (std::size_t at = part.find(kBracket); at != std::string::npos; at = part.find(kBracket, at + 1))
+    part.replace(at, kBracket.size(), "[");
+  return part;
+}
+
+bool is_fixed(std::string part) {
+  for (std::size_t at = part.find(kBracket); at != std::string::npos; at = part.find(kBracket))
+    part.erase(at, kBracket.size());
+  return !is_glob(part);
+}
+
 // How many components stand before the first wildcard. The last one is a file's name.
-std::size_t fixed_count(const std::vector<std::string>& parts) {
+std::size_t fixed_count(const Parts& parts) {
   std::size_t count = 0;
-  while (count + 1 < parts.size() && !is_glob(parts[count])) ++count;
+  while (count + 1 < parts.size() && is_fixed(parts[count])) ++count;
   return count;
 }
 
-// The components from the first wildcard on. They may match more than the pattern: "**/.." is "**".
-std::vector<std::string> rest_of(std::string_view pattern) {
-  const std::vector<std::string> parts = components(pattern);
-  std::vector<std::string> rest;
-  for (const std::string& part : std::span(parts).subspan(fixed_count(parts))) {
-    const bool leaves = part == ".." && !rest.empty() && rest.back() != "**";
-    if (leaves) rest.pop_back();
-    if (part != "." && part != "..") rest.push_back(part);
+constexpr std::size_t kMostReadings = 64;  // of a pattern
+constexpr std::size_t kToTop = static_cast<std::size_t>(-1);
+
+// The components from the first wildcard on, and how many folders above the fixed one they begin; kToTop: at the top.
+struct Rest {
+  Parts parts;
+  std::size_t up = 0;
+};
+
+// Takes ".." after what there is. "**" may stand for no folder: then ".." leaves what is before it.
+void leave(Rest rest, std::vector<Rest>& out) {
+  while (!rest.parts.empty() && rest.parts.back() == "**") {
+    out.push_back(rest);
+    rest.parts.pop_back();
   }
-  return rest;
+  rest.parts.empty() ? static_cast<void>(++rest.up) : rest.parts.pop_back();
+  out.push_back(std::move(rest));
+}
+
+// Each reading of the pattern without "..": "a/**/../*.stl" is "a/**/*.stl" and "*.stl". If there are too many: one
+// that matches more.
+std::vector<Rest> rests_of(std::string_view pattern) {
+  const Parts parts = components(pattern);
+  std::vector<Rest> all{{}};
+  for (const std::string& part : std::span(parts).subspan(fixed_count(parts))) {
+    if (part == ".") continue;
+    std::vector<Rest> next;
+    for (Rest& rest : all) {
+      if (part == "..") {
+        leave(std::move(rest), next);
+      } else {
+        const bool again = part == "**" && !rest.parts.empty() && rest.parts.back() == "**";
+        if (!again) rest.parts.push_back(part);
+        next.push_back(std::move(rest));
+      }
+    }
+    if (next.size() > kMostReadings) return {{{"**", parts.back()}, kToTop}};
+    all = std::move(next);
+  }
+  return all;
+}
+
+// Splits a path; unlike components() of a pattern, "**" is a name.
+Parts names_of(std::string_view path) {
+  Parts names;
+  while (!path.empty()) {
+    const std::size_t slash = path.find('/');
+    names.emplace_back(path.substr(0, slash));
+    path.remove_prefix(slash == std::string_view::npos ? path.size() : slash + 1);
+  }
+  return names;
+}
+
+std::string key_of(std::span<const std::string> folders) {
+  std::string key;
+  for (const std::string& folder : folders) key += spelling_key(folder) + "/";
+  return key;
 }
 
 }  // namespace
@@ -39,15 +103,19 @@ std::string_view name_in_folder(std::string_view path) { return path.substr(path
 
 std::filesystem::path fixed_folder(std::string_view pattern) {
   std::filesystem::path folder = pattern.starts_with('/') ? "/" : "";
-  const std::vector<std::string> parts = components(pattern);
-  for (const std::string& part : std::span(parts).first(fixed_count(parts))) folder /= part;
+  const Parts parts = components(pattern);
+  for (const std::string& part : std::span(parts).first(fixed_count(parts))) folder /= as_name(part);
   return folder;
 }
 
 void Templates::add(const OpenBaselines& baselines, const std::string& folder) {
-  std::vector<std::string> rest = rest_of(baselines.pattern);
-  if (rest.empty()) return;  // it is no file's name
-  below_[spelling_key(folder)].push_back({&baselines, std::move(rest)});
+  const Parts folders = names_of(folder);
+  for (Rest& rest : rests_of(baselines.pattern)) {
+    const std::size_t up = rest.up == kToTop ? folders.size() : rest.up;
+    if (rest.parts.empty() || up > folders.size()) continue;  // no file's name, or outside
+    const auto start = std::span(folders).first(folders.size() - up);
+    below_[key_of(start)].push_back({&baselines, std::move(rest.parts)});
+  }
   is_listed_ = false;
 }
 
@@ -56,8 +124,8 @@ const OpenBaselines* Templates::matching(const std::string& path) {
   const std::string name(name_in_folder(path));
   for (const auto& [each, depth] : above_) {
     if (!differences(each->rest.back(), name)) continue;
-    const std::vector<std::string> parts = components(path);
-    const auto different = differences(each->rest, std::span(parts).subspan(depth));
+    const Parts names = names_of(path);
+    const auto different = differences(each->rest, std::span(names).subspan(depth));
     if (different && (*different & of_leading_dot) == 0) return each->baselines;
   }
   return nullptr;
@@ -67,14 +135,11 @@ void Templates::list(const std::string& folder) {
   above_.clear();
   folder_ = folder;
   is_listed_ = true;
-  std::size_t depth = 0;
-  for (std::size_t end = 0; end != std::string::npos; ++depth) {
-    const auto found = below_.find(spelling_key(folder.substr(0, end)));
-    if (found != below_.end()) {
-      for (const Template& each : found->second) above_.emplace_back(&each, depth);
-    }
-    const std::size_t slash = folder.find('/', end);
-    end = slash == std::string::npos ? slash : slash + 1;
+  const Parts folders = names_of(folder);
+  for (std::size_t depth = 0; depth <= folders.size(); ++depth) {
+    const auto found = below_.find(key_of(std::span(folders).first(depth)));
+    if (found == below_.end()) continue;
+    for (const Template& each : found->second) above_.emplace_back(&each, depth);
   }
 }
 

@@ -17,7 +17,7 @@ namespace meshgauge::check {
 std::string folder_in_repository(const std::string& path);
 std::string_view name_in_folder(std::string_view path);
 
-// Returns the folder of a pattern's part before the first wildcard, as written.
+// Returns the folder of a pattern's part before the first wildcard. "[[]" is no wildcard, but '['.
 std::filesystem::path fixed_folder(std::string_view pattern);
 
 // For one thread. Precondition of all functions: a Utf8Locale lives.
@@ -27,7 +27,7 @@ class Templates {
   // borrows `baselines`.
   void add(const OpenBaselines& baselines, const std::string& folder);
 
-  // Returns the first template that the path matches, also in other spellings (spelling.h) but for a leading dot; null:
+  // Returns the first template that the path matches, also where case or blanks at the ends of names differ; null:
   // none. Takes least where paths of one folder follow each other.
   const OpenBaselines* matching(const std::string& path);
 
@@ -39,11 +39,11 @@ class Templates {
 
   void list(const std::string& folder);
 
-  std::unordered_map<std::string, std::vector<Template>> below_;  // by spelling_key() of the folder
+  std::unordered_map<std::string, std::vector<Template>> below_;  // by the folder, as spelling_key() of each component
   std::string folder_;                                            // of the newest path
   bool is_listed_ = false;
-  std::vector<std::pair<const Template*, std::size_t>>
-      above_;  // templates above folder_, and how many folders above them
+  // Templates whose folders have folder_ below them, and how many components these have.
+  std::vector<std::pair<const Template*, std::size_t>> above_;
 };
 
 }  // namespace meshgauge::check

@@ -143,12 +143,15 @@ TEST_CASE("baseline glob: the names that candidates of a glob can give") {
                          {"new/**", "base/{dir}/{name}", "base/**/*"},
                          {"new/v?/in/part.stl", "base/{dir}/{stem}.off", "base/v?/in/part.off"},
                          {"new/*.stl", "base/{dir}/{stem}.off", "base/*.off"},
-                         {"new/**/mesh.stl", "base/{dir}.off", "base/**/*.off"},
-                         {"new/**/*.stl", "base/x-{dir}-y/{name}", "base/**/*-y/*.stl"},
+                         {"new/v*/*.stl", "base/{dir}{stem}.off", "base/v*.off"},
+                         {"new/v*/w/*.stl", "base/x-{dir}/{stem}.off", "base/x-v*/w/*.off"},
                          {"/new/*.stl", "/base[1]/{stem}.off", "/base[[]1]/*.off"}}) {
     CAPTURE(row.candidate);
-    CHECK(baseline_glob(row.candidate, row.baseline) == row.glob);
+    CHECK(baseline_globs(row.candidate, row.baseline) == std::vector<std::string>{row.glob});
   }
+  using Globs = std::vector<std::string>;
+  CHECK(baseline_globs("new/**/mesh.stl", "base/m-{dir}.off") == Globs{"base/m-*.off", "base/m-*/**/*.off"});
+  CHECK(baseline_globs("new/**/in/*.stl", "base/x-{dir}/{name}") == Globs{"base/x-*/*.stl", "base/x-*/**/*/*.stl"});
 }
 
 TEST_CASE("selection: names by any of its patterns") {

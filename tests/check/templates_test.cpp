@@ -28,7 +28,8 @@ TEST_CASE("templates: the folder before the first wildcard") {
   CHECK(fixed_folder("*.stl") == "");
   CHECK(fixed_folder("part.stl") == "");
   CHECK(fixed_folder("/base/part.stl") == "/base");
-  CHECK(fixed_folder("../base/[[]x/*.stl") == "../base");
+  CHECK(fixed_folder("../base/[[]x/*.stl") == "../base/[x");
+  CHECK(fixed_folder("base/[xy]/*.stl") == "base");
 }
 
 TEST_CASE("templates: paths of a revision match as files do, other spellings included") {
@@ -41,6 +42,15 @@ TEST_CASE("templates: paths of a revision match as files do, other spellings inc
   CHECK(matching("a/**/../golden/*.stl", "a/", "a/b/c/golden/x.stl"));
   CHECK(matching("a/*/../golden/*.stl", "a/", "a/golden/x.stl"));
   CHECK_FALSE(matching("a/*/../golden/*.stl", "a/", "a/b/golden/x.stl"));
+  CHECK(matching("a/**/../golden/*.stl", "a/", "golden/x.stl"));
+  CHECK(matching("a/*/../../golden/*.stl", "a/", "golden/x.stl"));
+  CHECK_FALSE(matching("a/*/../../golden/*.stl", "a/", "a/golden/x.stl"));
+  CHECK_FALSE(matching("a/*/../../../golden/*.stl", "a/", "golden/x.stl"));
+  std::string many = "a/";
+  for (int i = 0; i < 100; ++i) many += "**/b/../../";
+  CHECK(matching(many + "*.stl", "a/", "any/x.stl"));
+  CHECK(matching("base/*.stl", "base/", "base /x.stl"));
+  CHECK(matching("*.stl", "**/**/**/", "**/**/**/x.stl"));
   CHECK_FALSE(matching("base/*.stl", "base/", "base/.x.stl"));
   CHECK_FALSE(matching("base/*.stl", "base/", "base/deep/x.stl"));
   CHECK_FALSE(matching("base/*.stl", "base/", "other/base/x.stl"));

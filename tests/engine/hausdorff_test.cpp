@@ -316,7 +316,7 @@ TEST_CASE("every progress report has a valid interval, with every strategy") {
           },
           std::chrono::milliseconds(0));
       const Outcome watched = measure(a, b, options, control);
-      CHECK(reports > 3);
+      CHECK(reports > 0);  // how many depends on the time that a look takes
       Control alone;
       const Outcome unwatched = measure(a, b, options, alone);
       CHECK(watched.lower == unwatched.lower);

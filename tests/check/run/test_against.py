@@ -183,7 +183,9 @@ class Against(Workplace):
         reports = ("html", "junit", "markdown", "sarif", "code-quality")
         self.exits(3, "gates.yaml", "--against", "HEAD~1", *(f"--{kind}=out.{kind}" for kind in reports))
         for kind in reports:
-            self.assertIn("HEAD~1:parts/deleted.obj", (self.folder / f"out.{kind}").read_text(), kind)
+            text = (self.folder / f"out.{kind}").read_text()
+            self.assertIn("HEAD~1:parts/deleted.obj", text, kind)
+            self.assertNotIn("unnamed", text, kind)
         self.exits(0, "gates.yaml", "--against", "HEAD~1", "--only", "kept")
         ignored = ", unmatched_baselines: ignore"
         self.file("gates.yaml", "version: 1\n" + gates % (ignored, ignored))
@@ -226,6 +228,8 @@ class Against(Workplace):
         self.assertEqual(self.lost("links/*.obj", "links/{name}"), {"links/lost.obj", "links/link.obj"})
         self.assertEqual(self.lost("deep/**/mesh.obj", "flatter/{dir}.obj"), {"flatter/c/d.obj"})
         self.assertEqual(self.lost("made/*.obj", str(self.folder / "links/{name}")), {"links/lost.obj", "links/link.obj"})
+        self.assertEqual(self.lost("deep/**/mesh.obj", "flatter/../flatter/{dir}.obj"), {"flatter/c/d.obj"})
+        self.assertEqual(self.lost("links/*.obj", f"../{self.folder.name}/links/{{name}}"), {"links/lost.obj", "links/link.obj"})
         self.assertEqual(self.lost("names/*.obj", "names/{name}"), {"names/a\x01.obj"})
         names = {gate["name"] for gate in self.report(3, "gates.yaml", "--against", "HEAD~1")["gates"]}
         self.assertIn("HEAD~1:names/a%01.obj", names)
