@@ -73,8 +73,8 @@ Gates gates_within(const std::shared_ptr<const api::Confines>& confines, const s
 
 // Returns globs of every baseline that candidates of the glob `candidate` could have by the template `baseline`: for
 // "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". Together they may match more files, never
-// fewer. They find baselines whose candidate was not written: the glob of the candidates cannot show them. "{dir}" beside
-// text, as in "base/{dir}.off", takes two: for one folder and for more.
+// fewer. They find baselines whose candidate was not written: the glob of the candidates cannot show them. "{dir}"
+// beside text, as in "base/{dir}.off", takes two: for one folder and for more.
 std::vector<std::string> baseline_globs(std::string_view candidate, std::string_view baseline);
 
 }  // namespace meshgauge::check
