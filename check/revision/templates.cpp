@@ -48,7 +48,11 @@ void leave(Rest rest, std::vector<Rest>& out) {
     out.push_back(rest);
     rest.parts.pop_back();
   }
-  rest.parts.empty() ? static_cast<void>(++rest.up) : rest.parts.pop_back();
+  if (rest.parts.empty()) {
+    ++rest.up;
+  } else {
+    rest.parts.pop_back();
+  }
   out.push_back(std::move(rest));
 }
 
