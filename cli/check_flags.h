@@ -54,10 +54,10 @@ void take_own_baseline(CheckFlags& flags);
 // The gates of the manifest or of the two files, selected by --only, or all mistakes at once.
 struct Asked {
   std::vector<check::Gate> gates;
-  std::vector<check::Mistake> mistakes;    // if any: nothing is measured
-  std::string manifest;                    // manifest with the mistakes; empty: they are about flags
-  std::vector<std::string> explanation{};  // further lines for the terminal
-  std::vector<check::OpenBaselines> open{};
+  std::vector<check::Mistake> mistakes;      // if any: nothing is measured
+  std::string manifest;                      // manifest with the mistakes; empty: they are about flags
+  std::vector<std::string> explanation{};    // further lines for the terminal
+  std::vector<check::OpenBaselines> open{};  // of the manifest, for --against
 };
 Asked gates_asked(const CheckFlags& flags);
 

@@ -11,20 +11,15 @@ namespace {
 
 using Parts = std::vector<std::string>;
 
-// A '[' of a name, as a pattern has it.
-constexpr std::string_view kBracket = "[[]";
-
-std::string as_name(std::string part) {
-  for (std::size_t at = part.find(kBracket); at != std::string::npos; at = part.find(kBracket, at + 1))
-    part.replace(at, kBracket.size(), "[");
+// Replaces each "[[]", which is a '[' of a name.
+std::string with_brackets_as(std::string_view text, std::string part) {
+  constexpr std::string_view kBracket = "[[]";
+  for (std::size_t at = 0; (at = part.find(kBracket, at)) != std::string::npos; at += text.size())
+    part.replace(at, kBracket.size(), text);
   return part;
 }
 
-bool is_fixed(std::string part) {
-  for (std::size_t at = part.find(kBracket); at != std::string::npos; at = part.find(kBracket))
-    part.erase(at, kBracket.size());
-  return !is_glob(part);
-}
+bool is_fixed(const std::string& part) { return !is_glob(with_brackets_as("", part)); }
 
 // How many components stand before the first wildcard. The last one is a file's name.
 std::size_t fixed_count(const Parts& parts) {
@@ -44,7 +39,7 @@ struct Rest {
 
 // Takes ".." after what there is. "**" may stand for no folder: then ".." leaves what is before it.
 void leave(Rest rest, std::vector<Rest>& out) {
-  while (!rest.parts.empty() && rest.parts.back() == "**") {
+  if (!rest.parts.empty() && rest.parts.back() == "**") {
     out.push_back(rest);
     rest.parts.pop_back();
   }
@@ -108,7 +103,7 @@ std::string_view name_in_folder(std::string_view path) { return path.substr(path
 std::filesystem::path fixed_folder(std::string_view pattern) {
   std::filesystem::path folder = pattern.starts_with('/') ? "/" : "";
   const Parts parts = components(pattern);
-  for (const std::string& part : std::span(parts).first(fixed_count(parts))) folder /= as_name(part);
+  for (const std::string& part : std::span(parts).first(fixed_count(parts))) folder /= with_brackets_as("[", part);
   return folder;
 }
 
