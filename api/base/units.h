@@ -1,6 +1,7 @@
 // Units of length, and the source of a mesh's unit.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
