@@ -19,6 +19,7 @@ struct Source {
   std::span<const std::byte> bytes;
   std::string_view part;
   const ReadLimits& limits;
+  Corners corners = Corners::apart;
 
   const char* begin() const { return reinterpret_cast<const char*>(bytes.data()); }
   const char* end() const { return begin() + bytes.size(); }
