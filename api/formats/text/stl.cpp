@@ -108,17 +108,18 @@ Result<Done> check_size(const Source& source) {
 
 // Converts the corners of facets that lie one after another. Returns false when a coordinate is not finite.
 bool corners_of(const std::byte* facet, std::size_t facets, Vec3* corners) {
-  float nothing = 0;  // stays zero, unless a coordinate is NaN or infinite
+  constexpr std::uint32_t kMagnitude = 0x7FFFFFFF, kLargest = 0x7F7FFFFF;
+  bool finite = true;
   double* to = corners->data();
   for (std::size_t i = 0; i < facets; ++i, facet += kFacetBytes, to += 9) {
     std::array<float, 9> coordinates;
     std::memcpy(coordinates.data(), facet + kNormalBytes, sizeof coordinates);
     for (std::size_t k = 0; k < 9; ++k) {
       to[k] = static_cast<double>(coordinates[k]);
-      nothing += coordinates[k] * 0.0F;
+      finite &= (std::bit_cast<std::uint32_t>(coordinates[k]) & kMagnitude) <= kLargest;
     }
   }
-  return nothing == 0;
+  return finite;
 }
 
 // Precondition: not all of these corners, which begin with `facet`, are finite.
