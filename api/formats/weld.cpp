@@ -21,7 +21,7 @@ std::uint64_t mix(std::uint64_t a, std::uint64_t b) {
 }
 constexpr std::uint64_t kFactor = 0x9E3779B97F4A7C15U;
 
-// Of a coordinate. -0.0 + 0.0 is 0.0; every other number is unchanged.
+// Returns the bits of a coordinate. -0.0 + 0.0 is 0.0; every other number is unchanged.
 std::uint64_t bits_of(double x) { return std::bit_cast<std::uint64_t>(x + 0.0); }
 
 }  // namespace

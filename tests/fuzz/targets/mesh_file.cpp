@@ -94,7 +94,7 @@ std::optional<Format> detected(std::string_view file, std::string_view filename)
   return api::detect_format(std::as_bytes(std::span<const char>(file)), {"a", filename, ""});
 }
 
-// What the service reads has the same bits, whether a reader merges corners itself or leaves it to weld().
+// Merged corners have the same bits, whether a reader merges them itself or leaves it to weld().
 void require_part(Result<ReadMesh> read, std::string_view file, std::string_view filename) {
   const auto part = api::read_part(std::as_bytes(std::span<const char>(file)), {"a", filename, ""}, limits());
   if (read && read->mesh.positions.size() == 3 * read->mesh.triangles.size()) {
