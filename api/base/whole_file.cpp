@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <climits>
 #include <cstring>
+#include <exception>
 #include <fstream>
 #include <limits>
 #include <new>
@@ -111,10 +112,13 @@ Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t
     return Error{ErrorCode::too_large,
                  "'" + path + "' is larger than the " + std::to_string(most) + " bytes that may still be read", "", ""};
   }
-  // One byte more, to detect a file that grows.
-  std::unique_ptr<std::byte[]> bytes(new (std::nothrow) std::byte[size + 1]);
-  if (!bytes) return Error{ErrorCode::too_large, "'" + path + "' is larger than the memory", "", ""};
-  const ssize_t count = read_all(fd, {bytes.get(), size + 1});
+  LargeArray<std::byte> bytes;
+  try {
+    bytes.resize(size + 1);  // one byte more, to detect a file that grows
+  } catch (const std::exception&) {
+    return Error{ErrorCode::too_large, "'" + path + "' is larger than the memory", "", ""};
+  }
+  const ssize_t count = read_all(fd, bytes);
   if (count < 0) return failed(path);
   if (static_cast<std::size_t>(count) != size) return unusable(path, "was changed while it was read");
   return WholeFile(std::move(bytes), size);

@@ -6,8 +6,10 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "api/base/descriptor.h"
+#include "engine/mesh/large_array.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
@@ -35,13 +37,13 @@ class WholeFile {
   // Returns the size of a regular file which open_below() would open, and reads nothing.
   static Result<std::uint64_t> size_below(const BaseFolder& folder, const std::string& name);
 
-  std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
+  std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }
 
  private:
   static Result<WholeFile> read(int fd, const std::string& path, std::uint64_t most);
-  WholeFile(std::unique_ptr<std::byte[]> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
+  WholeFile(LargeArray<std::byte> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
 
-  std::unique_ptr<std::byte[]> bytes_;
+  LargeArray<std::byte> bytes_;
   std::size_t size_ = 0;
 };
 

@@ -49,14 +49,15 @@ void note_contradictions(const ReadHints& hints, ReadMesh& read) {
   read.notes.media_type_says = other(format_by_media_type(hints.media_type));
 }
 
-Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
+Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits,
+                               Corners corners) {
   if (auto error = refuse_foreign(bytes, hints)) return std::move(*error);
   const auto format = detect_format(bytes, hints);
   if (!format) {
     return about(hints.part, ErrorCode::unsupported_format,
                  "has an unknown format; supported are OBJ, STL, PLY, OFF, glTF, GLB, 3MF and XYZ");
   }
-  auto read = read_as(*format, Source{bytes, hints.part, limits});
+  auto read = read_as(*format, Source{bytes, hints.part, limits, corners});
   if (!read) return read;
   if (auto ok = note_unread(hints, *read); !ok) return std::move(ok).error();
   const MeshLimits mesh_limits{limits.max_vertices, limits.max_triangles};
@@ -65,7 +66,8 @@ Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints
   return read;
 }
 
-Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
+Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits,
+                           Corners corners) {
   const auto expanded = expand_gzip(bytes, hints.part, limits, [&](std::span<const std::byte> beginning) {
     return refuse_foreign(beginning, hints);
   });
@@ -73,7 +75,7 @@ Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hi
   // A 3MF in gzip expands twice; its limit counts from the size sent.
   ReadLimits what_is_left = limits;
   what_is_left.max_expanded_bytes = expansion_limit(bytes.size(), limits);
-  auto read = read_expanded(expanded->bytes(), hints, what_is_left);
+  auto read = read_expanded(expanded->bytes(), hints, what_is_left, corners);
   if (read) read->notes.gzip = true;
   return read;
 }
@@ -85,9 +87,10 @@ std::string_view to_string(Format format) {
   return kNames[static_cast<std::size_t>(format)];
 }
 
-Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
+Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits,
+                           Corners corners) {
   try {
-    return is_gzip(bytes) ? read_gzip(bytes, hints, limits) : read_expanded(bytes, hints, limits);
+    return is_gzip(bytes) ? read_gzip(bytes, hints, limits, corners) : read_expanded(bytes, hints, limits, corners);
   } catch (const std::bad_alloc&) {
     return out_of_memory(hints.part);
   }

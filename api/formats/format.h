@@ -93,8 +93,15 @@ struct ReadHints {
   std::string_view media_type;  // may be empty
 };
 
+// What a reader does with the corners of a format that stores three vertices for each triangle.
+enum class Corners {
+  apart,   // keeps three vertices for each triangle, with the file's own numbers
+  merged,  // may merge equal positions while it reads, as weld() does (api/formats/weld.h)
+};
+
 struct ReadMesh {
   Mesh mesh;
+  bool merged = false;  // equal positions are one vertex, and notes.welded_vertices counts the others
   Format format = Format::obj;
   ReadNotes notes;
   Unread unread;  // only from a reader to read_mesh(), which makes remarks or a refusal of it
@@ -106,6 +113,7 @@ std::optional<Format> detect_format(std::span<const std::byte> bytes, const Read
 
 // Reads a whole file. The mesh passes validate() within `limits`. Errors name the part and the line or byte. Thread
 // safe, no global state.
-Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits);
+Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits,
+                           Corners corners = Corners::apart);
 
 }  // namespace meshgauge::api

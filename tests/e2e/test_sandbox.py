@@ -254,7 +254,7 @@ class Workers(unittest.TestCase):
     def test_memory_is_limited(self):
         server = self.server("--parser-memory-bytes", str(48 << 20))
         self.assertEqual(server.compare().status, 200)
-        triangles = 400_000  # 20 MB of file, 34 MB of arrays, and as much again to weld them
+        triangles = 800_000  # 40 MB of file, and arrays with room for 67 MB
         stl = b"\0" * 80 + struct.pack("<I", triangles) + struct.pack("<12fH", *range(12), 0) * triangles
         answer = server.compare(a=stl)
         self.assertEqual(answer.status, 413, answer.body)

@@ -18,7 +18,8 @@ namespace meshgauge::api {
 Result<ReadMesh> read_obj(const Source& source);
 
 // Reads STL, binary or ASCII, told apart by size and content; "solid" at the start is not trusted. Each facet gets
-// three vertices of its own, in the file's order; weld() merges them. Normals and colours are not used.
+// three vertices of its own, in the file's order; those of a binary file are merged as weld() does if the source's
+// corners may be. Normals and colours are not used.
 Result<ReadMesh> read_stl(const Source& source);
 
 // Returns true when the bytes can only be a binary STL: the count of facets at byte 80 gives the file's size, exactly

@@ -19,6 +19,7 @@ struct Source {
   std::span<const std::byte> bytes;
   std::string_view part;
   const ReadLimits& limits;
+  Corners corners = Corners::apart;
 
   const char* begin() const { return reinterpret_cast<const char*>(bytes.data()); }
   const char* end() const { return begin() + bytes.size(); }
@@ -62,10 +63,10 @@ Result<Done> make_cloud(const Source& source, ReadMesh& read);
 // none. Page faults would otherwise take half of the time of reading a large binary STL.
 void advise_huge_pages(void* block, std::size_t bytes);
 
-template <class T>
-void reserve_room(std::vector<T>& array, std::size_t count) {
+template <class Vector>
+void reserve_room(Vector& array, std::size_t count) {
   array.reserve(count);
-  advise_huge_pages(array.data(), array.capacity() * sizeof(T));
+  advise_huge_pages(array.data(), array.capacity() * sizeof(typename Vector::value_type));
 }
 
 // Reserves room for `more` elements at the end. Growing at least doubles the capacity, so that many small additions

@@ -83,6 +83,13 @@ std::size_t index_bytes(int type) {
   }
 }
 
+template <class Vector>
+bool all_finite(const std::vector<Vector>& values) {
+  Vector nothing = Vector::Zero();  // stays zero, unless a component is NaN or infinite
+  for (const Vector& value : values) nothing += value * 0.0;
+  return nothing.isZero(0);
+}
+
 std::uint32_t load_index(const std::byte* p, std::size_t bytes) {
   if (bytes == 1) return load<std::uint8_t>(p);
   return bytes == 2 ? load<std::uint16_t>(p) : load<std::uint32_t>(p);
@@ -167,12 +174,13 @@ Error GltfAccessors::of_another_type(std::size_t accessor, const std::string& ex
                             std::to_string(component_type));
 }
 
-template <class T, class Decode>
-Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t most, const Element& element,
-                                           const Decode& decode, const GltfColumn* column) const {
+// `Values`: a vector whose resize() leaves the elements uninitialised.
+template <class Values, class Decode>
+Result<Values> GltfAccessors::read(std::size_t accessor, std::size_t most, const Element& element, const Decode& decode,
+                                   const GltfColumn* column) const {
   const tinygltf::Accessor& a = model_.accessors[accessor];
   const std::size_t count = std::min(a.count, most);
-  std::vector<T> values;
+  Values values;
   if (column != nullptr) {
     if (auto ok = work(accessor, column->count); !ok) return std::move(ok).error();
     values.reserve(column->count);
@@ -181,7 +189,7 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
   }
   if (a.bufferView < 0) {
     // There are no bytes to check the count against, so the budget limits it.
-    if (!views_.budget().fits(count * sizeof(T))) {
+    if (!views_.budget().fits(count * sizeof(typename Values::value_type))) {
       return fail(accessor, std::to_string(count) +
                                 " elements without a bufferView, more than the limit for a file of this size");
     }
@@ -192,8 +200,10 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
     const auto found = elements(accessor, static_cast<std::size_t>(a.bufferView), a.byteOffset, a.count, element);
     if (!found) return found.error();
     if (auto ok = work(accessor, count); !ok) return std::move(ok).error();
-    values.reserve(count);
-    for (std::size_t i = 0; i < count; ++i) values.push_back(decode(found->at(i)));
+    reserve_room(values, count);
+    values.resize(count);
+    auto* const to = values.data();
+    for (std::size_t i = 0; i < count; ++i) to[i] = decode(found->at(i));
   }
   if (a.sparse.isSparse) {
     if (auto ok = read_sparse(accessor, element, decode, values); !ok) return std::move(ok).error();
@@ -201,9 +211,9 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
   return values;
 }
 
-template <class T, class Decode>
+template <class Values, class Decode>
 Result<Done> GltfAccessors::read_sparse(std::size_t accessor, const Element& element, const Decode& decode,
-                                        std::vector<T>& values) const {
+                                        Values& values) const {
   const auto& sparse = model_.accessors[accessor].sparse;
   const auto count = static_cast<std::uint64_t>(sparse.count);
   const std::size_t bytes = index_bytes(sparse.indices.componentType);
@@ -255,15 +265,18 @@ Result<std::vector<Eigen::Matrix<double, N, 1>>> GltfAccessors::vectors(std::siz
     for (int k = 0; k < N; ++k) out[k] = component(p + static_cast<std::size_t>(k) * bytes, type, normalized);
     return out;
   };
-  auto values = read<Vector>(accessor, most, {N * bytes, bytes, use.strided}, decode, column);
-  if (!values) return values;
-  for (std::size_t i = 0; i < values->size(); ++i) {
-    if (!(*values)[i].allFinite()) {
-      return fail(accessor, "element " + std::to_string(i) + " has a coordinate that is not finite",
-                  ErrorCode::non_finite_vertex);
-    }
-  }
-  return values;
+  const auto decode_floats = [](const std::byte* p) {
+    const auto floats = load<std::array<float, std::size_t{N}>>(p);
+    return Vector(Eigen::Map<const Eigen::Matrix<float, N, 1>>(floats.data()).template cast<double>());
+  };
+  const Element element{N * bytes, bytes, use.strided};
+  auto values = is_float(type, false) ? read<std::vector<Vector>>(accessor, most, element, decode_floats, column)
+                                      : read<std::vector<Vector>>(accessor, most, element, decode, column);
+  if (!values || all_finite(*values)) return values;
+  std::size_t i = 0;
+  while ((*values)[i].allFinite()) ++i;
+  return fail(accessor, "element " + std::to_string(i) + " has a coordinate that is not finite",
+              ErrorCode::non_finite_vertex);
 }
 
 Result<std::vector<Vec3>> GltfAccessors::positions(std::size_t accessor, std::string_view name,
@@ -315,15 +328,18 @@ Result<std::vector<Eigen::Matrix4d>> GltfAccessors::matrices(std::size_t accesso
   return out;
 }
 
-Result<std::vector<std::uint32_t>> GltfAccessors::indices(std::size_t accessor) const {
+Result<LargeArray<std::uint32_t>> GltfAccessors::indices(std::size_t accessor) const {
   if (auto ok = check_count(accessor, nullptr); !ok) return std::move(ok).error();
   const tinygltf::Accessor& a = model_.accessors[accessor];
   const std::size_t bytes = index_bytes(a.componentType);
   if (a.type != TINYGLTF_TYPE_SCALAR || bytes == 0) {
     return of_another_type(accessor, "indices must be of type SCALAR and of unsigned integers", a.componentType);
   }
-  const auto decode = [bytes](const std::byte* p) { return load_index(p, bytes); };
-  return read<std::uint32_t>(accessor, kAll, {bytes, bytes, false}, decode, nullptr);
+  const auto read_as = [&](const auto& decode) {
+    return read<LargeArray<std::uint32_t>>(accessor, kAll, {bytes, bytes, false}, decode, nullptr);
+  };
+  if (bytes == sizeof(std::uint32_t)) return read_as(load<std::uint32_t>);
+  return read_as([bytes](const std::byte* p) { return load_index(p, bytes); });
 }
 
 }  // namespace meshgauge::api

@@ -11,6 +11,7 @@
 
 #include "api/formats/file/source.h"
 #include "api/formats/gltf/gltf_views.h"
+#include "engine/mesh/large_array.h"
 
 namespace meshgauge::api {
 
@@ -47,7 +48,7 @@ class GltfAccessors {
   Result<std::vector<Eigen::Matrix4d>> matrices(std::size_t accessor, std::size_t most) const;
 
   // Reads SCALAR of unsigned integers.
-  Result<std::vector<std::uint32_t>> indices(std::size_t accessor) const;
+  Result<LargeArray<std::uint32_t>> indices(std::size_t accessor) const;
 
  private:
   // Elements in a buffer, `stride` bytes apart.
@@ -78,12 +79,11 @@ class GltfAccessors {
   template <int N>
   Result<std::vector<Eigen::Matrix<double, N, 1>>> vectors(std::size_t accessor, const Use& use,
                                                            const GltfColumn* column, std::size_t most = kAll) const;
-  template <class T, class Decode>
-  Result<std::vector<T>> read(std::size_t accessor, std::size_t most, const Element& element, const Decode& decode,
-                              const GltfColumn* column) const;
-  template <class T, class Decode>
-  Result<Done> read_sparse(std::size_t accessor, const Element& element, const Decode& decode,
-                           std::vector<T>& values) const;
+  template <class Values, class Decode>
+  Result<Values> read(std::size_t accessor, std::size_t most, const Element& element, const Decode& decode,
+                      const GltfColumn* column) const;
+  template <class Values, class Decode>
+  Result<Done> read_sparse(std::size_t accessor, const Element& element, const Decode& decode, Values& values) const;
   Result<Elements> elements(std::size_t accessor, std::size_t view, std::uint64_t offset, std::uint64_t count,
                             const Element& element) const;
   bool is_odd(std::size_t view, std::uint64_t offset, const Element& element) const;

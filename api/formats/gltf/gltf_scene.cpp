@@ -1,9 +1,12 @@
 #include "api/formats/gltf/gltf_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "api/formats/file/source.h"
@@ -22,16 +25,19 @@ std::uint32_t restart_index(int component_type) {
 
 // Returns the indices of a primitive; all its vertices in order if it has none. Refuses an index without a vertex, and
 // the largest index of its type, which restarts a primitive. `where`: the primitive in messages.
-Result<std::vector<std::uint32_t>> gltf_corners(const GltfFile& file, const GltfFaces& faces, const std::string& where,
-                                                std::size_t vertices) {
+Result<LargeArray<std::uint32_t>> gltf_corners(const GltfFile& file, const GltfFaces& faces, const std::string& where,
+                                               std::size_t vertices) {
   if (!faces.indices) {
-    std::vector<std::uint32_t> all(vertices);
-    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+    LargeArray<std::uint32_t> all(vertices);
+    std::iota(all.begin(), all.end(), std::uint32_t{0});
     return all;
   }
   auto read = file.accessors.indices(*faces.indices);
   if (!read) return read;
   const std::uint32_t restart = restart_index(file.model.accessors[*faces.indices].componentType);
+  std::uint32_t highest = 0;
+  for (const std::uint32_t index : *read) highest = std::max(highest, index);
+  if (read->empty() || (highest < vertices && highest < restart)) return read;
   for (std::size_t i = 0; i < read->size(); ++i) {
     if ((*read)[i] == restart) {
       return file.fail(where, "index " + std::to_string(restart) + " at place " + std::to_string(i) +
@@ -95,9 +101,10 @@ class Scene {
   Result<std::uint32_t> place_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing);
   Result<std::vector<Vec3>> local_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing);
   Result<Done> surface(std::size_t mesh, std::size_t index, const Placing& placing, const std::string& where);
-  Result<Done> points(const std::vector<std::uint32_t>& corners, std::uint32_t first, const std::string& where);
-  Result<Done> triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
+  Result<Done> points(std::span<const std::uint32_t> corners, std::uint32_t first, const std::string& where);
+  Result<Done> triangles(int mode, std::span<const std::uint32_t> corners, std::uint32_t first,
                          const std::string& where);
+  void separate_triangles(std::span<const std::uint32_t> corners, std::uint32_t first);
   std::size_t nodes_left_out() const;
   void add_remarks();
 
@@ -334,8 +341,15 @@ Result<std::uint32_t> Scene::place_vertices(const GltfShape& shape, std::size_t 
   const std::size_t limit = vertex_limit(file_.source);
   if (local->size() > limit - world.size()) return too_many(file_.source, "vertices", limit);
   const auto first = static_cast<std::uint32_t>(world.size());
-  reserve_more(world, local->size());
-  for (const Vec3& p : *local) world.push_back(placing.skin ? p : Vec3(placing.to_world * p));
+  if (!placing.skin) {
+    for (Vec3& p : *local) p = placing.to_world * p;
+  }
+  if (world.empty()) {
+    world = *std::move(local);
+  } else {
+    reserve_more(world, local->size());
+    world.insert(world.end(), local->begin(), local->end());
+  }
   if (may_share) placed_.emplace(accessor, first);
   return first;
 }
@@ -351,7 +365,20 @@ Result<std::vector<Vec3>> Scene::local_vertices(const GltfShape& shape, std::siz
   return positions;
 }
 
-Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
+// Precondition: room for the triangles.
+void Scene::separate_triangles(std::span<const std::uint32_t> corners, std::uint32_t first) {
+  constexpr std::size_t kAtOnce = 256;
+  std::array<Triangle, kAtOnce> block;
+  std::size_t in_block = 0;
+  std::vector<Triangle>& to = out_.mesh.triangles;
+  for (const std::uint32_t* p = corners.data(); p + 3 <= corners.data() + corners.size(); p += 3) {
+    block.data()[in_block++] = {first + p[0], first + p[1], first + p[2]};
+    if (in_block == kAtOnce) to.insert(to.end(), block.begin(), block.end()), in_block = 0;
+  }
+  to.insert(to.end(), block.data(), block.data() + in_block);
+}
+
+Result<Done> Scene::triangles(int mode, std::span<const std::uint32_t> corners, std::uint32_t first,
                               const std::string& where) {
   if (mode == TINYGLTF_MODE_POINTS) return points(corners, first, where);
   const bool separate = mode == TINYGLTF_MODE_TRIANGLES;
@@ -363,9 +390,7 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
   if (auto ok = file_.budget.work(corners.size(), where); !ok) return ok;
   reserve_more(out_.mesh.triangles, count);
   if (separate) {
-    for (std::size_t i = 0; i < 3 * count; i += 3) {
-      out_.mesh.triangles.push_back({first + corners[i], first + corners[i + 1], first + corners[i + 2]});
-    }
+    separate_triangles(corners, first);
   } else if (mode == TINYGLTF_MODE_TRIANGLE_FAN) {
     Fan fan(out_.mesh.triangles);
     for (const std::uint32_t corner : corners) fan.add(first + corner);
@@ -377,7 +402,7 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
   return Done{};
 }
 
-Result<Done> Scene::points(const std::vector<std::uint32_t>& corners, std::uint32_t first, const std::string& where) {
+Result<Done> Scene::points(std::span<const std::uint32_t> corners, std::uint32_t first, const std::string& where) {
   const std::size_t limit = file_.source.limits.max_triangles;
   if (corners.size() > limit - out_.mesh.triangles.size()) return too_many(file_.source, "points", limit);
   if (auto ok = file_.budget.work(corners.size(), where); !ok) return ok;

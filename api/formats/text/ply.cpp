@@ -1,5 +1,6 @@
 #include "api/formats/file/readers.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include "api/formats/file/source.h"
 #include "api/formats/polygons/polygons.h"
 #include "api/formats/text/ply_header.h"
+#include "api/formats/text/ply_plain.h"
 
 namespace meshgauge::api {
 namespace {
@@ -25,10 +27,13 @@ namespace {
 //   uint64_t most_records(element)  upper bound of the records that the remaining bytes can hold
 //   bool fail(code, what)           sets error() at the last value, returns false
 //
-// false: error() has the defect.
+// false: error() has the defect. kPlain: the body is bytes that plain records (ply_plain.h) are read from, at place();
+// advance() passes over what was read so.
 
 class PlyText {
  public:
+  static constexpr bool kPlain = false;
+
   PlyText(const Source& source, const char* body)
       : source_(source), p_(skip_spaces(body, source.end())), last_(p_), end_(source.end()) {}
 
@@ -57,6 +62,8 @@ class PlyText {
 template <std::endian Order>
 class PlyBytes {
  public:
+  static constexpr bool kPlain = Order == std::endian::little;
+
   PlyBytes(const Source& source, const char* body) : source_(source), p_(body), last_(body), end_(source.end()) {}
 
   bool number(PlyType type, double& value);
@@ -69,8 +76,15 @@ class PlyBytes {
   bool fail(ErrorCode code, const std::string& what);
   Error error() { return std::move(*error_); }
 
- private:
+  const char* place() const { return p_; }
   std::uint64_t remaining() const { return static_cast<std::uint64_t>(end_ - p_); }
+  // `last_bytes`: of the last value. Precondition: 0 < last_bytes <= bytes <= remaining().
+  void advance(std::uint64_t bytes, std::size_t last_bytes) {
+    p_ += bytes;
+    last_ = p_ - last_bytes;
+  }
+
+ private:
   bool need(std::uint64_t bytes);
 
   template <class T>
@@ -251,6 +265,8 @@ class BodyReader {
  private:
   bool element(const PlyElement& element);
   bool vertices(const PlyElement& element);
+  bool take_plain_vertices(const PlyElement& element);
+  std::uint64_t take_plain_triangles(const PlainFaces& faces, std::uint64_t most);
   bool records(const PlyElement& element);
   bool face(const PlyProperty& property);
   bool strips(const PlyProperty& property);
@@ -284,6 +300,21 @@ bool BodyReader<Values>::skip(const PlyProperty& property) {
   return list_length(property, length) && values_.skip(property.type, static_cast<std::uint64_t>(length));
 }
 
+// Returns false when not all vertices are plain and finite; then it has read nothing.
+template <class Values>
+bool BodyReader<Values>::take_plain_vertices(const PlyElement& element) {
+  const auto plain = plain_vertices(element);
+  if (!plain || element.count == 0) return false;
+  std::vector<Vec3>& positions = out_.mesh.positions;
+  positions.resize(element.count);  // Vec3 is not initialised, so this writes nothing
+  if (!read_vertices(values_.place(), *plain, element.count, positions.data())) {
+    positions.clear();
+    return false;
+  }
+  values_.advance(element.count * plain->record_bytes, size_of(element.properties.back().type));
+  return true;
+}
+
 template <class Values>
 bool BodyReader<Values>::vertices(const PlyElement& element) {
   // The coordinate of each property: 0 to 2; 3: none.
@@ -293,6 +324,9 @@ bool BodyReader<Values>::vertices(const PlyElement& element) {
     axes.push_back(axis < 3 ? static_cast<int>(axis) : 3);
   }
   reserve_room(out_.mesh.positions, element.count);
+  if constexpr (Values::kPlain) {
+    if (take_plain_vertices(element)) return true;
+  }
   for (std::uint64_t i = 0; i < element.count; ++i) {
     Vec3 position;
     for (std::size_t k = 0; k < axes.size(); ++k) {
@@ -375,11 +409,27 @@ bool BodyReader<Values>::skip_and_count(const PlyProperty& property, std::size_t
   return values_.skip(property.type, static_cast<std::uint64_t>(length));
 }
 
+// Returns how many of the next records were plain triangles, which it has read.
+template <class Values>
+std::uint64_t BodyReader<Values>::take_plain_triangles(const PlainFaces& faces, std::uint64_t most) {
+  std::vector<Triangle>& triangles = out_.mesh.triangles;
+  if (triangles.size() >= source_.limits.max_triangles) return 0;
+  most = std::min({most, values_.remaining() / faces.triangle_bytes, source_.limits.max_triangles - triangles.size()});
+  const std::uint64_t read = read_triangles(values_.place(), faces, most, layout_.vertex->count, triangles);
+  if (read > 0) values_.advance(read * faces.triangle_bytes, faces.last_bytes);
+  return read;
+}
+
 template <class Values>
 bool BodyReader<Values>::records(const PlyElement& element) {
   const bool has_faces = element.name == "face" || element.name == "tristrips";
   std::vector<std::size_t> unread(element.properties.size());
+  const auto plain = plain_faces(element, layout_.face_corners);
   for (std::uint64_t i = 0; i < element.count; ++i) {
+    if constexpr (Values::kPlain) {
+      if (plain) i += take_plain_triangles(*plain, element.count - i);
+      if (i == element.count) break;
+    }
     for (std::size_t k = 0; k < unread.size(); ++k) {
       const PlyProperty& property = element.properties[k];
       const bool ok = &property == layout_.face_corners    ? face(property)

@@ -5,12 +5,14 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "api/base/text.h"
 #include "api/formats/file/source.h"
+#include "api/formats/weld.h"
 
 namespace meshgauge::api {
 namespace {
@@ -104,11 +106,62 @@ Result<Done> check_size(const Source& source) {
   return wrong_count(source, count);
 }
 
-Error non_finite(const Source& source, std::size_t facet, const float* coordinates) {
+// Converts the corners of facets that lie one after another. Returns false when a coordinate is not finite.
+bool corners_of(const std::byte* facet, std::size_t facets, Vec3* corners) {
+  constexpr std::uint32_t kMagnitude = 0x7FFFFFFF, kLargest = 0x7F7FFFFF;
+  bool finite = true;
+  double* to = corners->data();
+  for (std::size_t i = 0; i < facets; ++i, facet += kFacetBytes, to += 9) {
+    std::array<float, 9> coordinates;
+    std::memcpy(coordinates.data(), facet + kNormalBytes, sizeof coordinates);
+    for (std::size_t k = 0; k < 9; ++k) {
+      to[k] = static_cast<double>(coordinates[k]);
+      finite &= (std::bit_cast<std::uint32_t>(coordinates[k]) & kMagnitude) <= kLargest;
+    }
+  }
+  return finite;
+}
+
+// Precondition: not all of these corners, which begin with `facet`, are finite.
+Error non_finite(const Source& source, std::size_t facet, const Vec3* corners) {
+  const double* const coordinates = corners->data();
   std::size_t k = 0;
   while (std::isfinite(coordinates[k])) ++k;
-  return at_byte(source, kHeaderBytes + facet * kFacetBytes + kNormalBytes + k * sizeof(float),
+  facet += k / 9;
+  return at_byte(source, kHeaderBytes + facet * kFacetBytes + kNormalBytes + k % 9 * sizeof(float),
                  ErrorCode::non_finite_vertex, "a coordinate of facet " + std::to_string(facet) + " is not finite");
+}
+
+Result<Done> read_facets(const Source& source, std::size_t count, ReadMesh& out) {
+  constexpr std::size_t kAtOnce = 64;
+  reserve_room(out.mesh.positions, 3 * count);
+  reserve_room(out.mesh.triangles, count);
+  out.mesh.positions.resize(3 * count);  // Vec3 is not initialised, so this writes nothing
+  Vec3* const positions = out.mesh.positions.data();
+  std::optional<Welder> welder;
+  // A closed surface has half as many vertices as triangles.
+  if (source.corners == Corners::merged) welder.emplace(positions, count / 8 * 5);
+  std::array<Vec3, 3 * kAtOnce> block;
+  std::array<Triangle, kAtOnce> triangles;
+  for (std::size_t first = 0; first < count; first += kAtOnce) {
+    const std::size_t facets = std::min(kAtOnce, count - first), vertices = 3 * facets;
+    Vec3* const corners = welder ? block.data() : positions + 3 * first;
+    if (!corners_of(source.bytes.data() + kHeaderBytes + first * kFacetBytes, facets, corners)) {
+      return non_finite(source, first, corners);
+    }
+    std::uint32_t* const indices = triangles.data()->data();
+    if (welder) {
+      welder->add({corners, vertices}, indices);
+    } else {
+      std::iota(indices, indices + vertices, static_cast<std::uint32_t>(3 * first));
+    }
+    out.mesh.triangles.insert(out.mesh.triangles.end(), triangles.data(), triangles.data() + facets);
+  }
+  if (!welder) return Done{};
+  out.merged = true;
+  out.notes.welded_vertices = 3 * count - welder->count();
+  out.mesh.positions.resize(welder->count());
+  return Done{};
 }
 
 // Reads binary STL. Less than a facet's 50 bytes after the last one get a remark. Refuses a count that fits the size in
@@ -125,23 +178,7 @@ Result<ReadMesh> read_binary_stl(const Source& source) {
   out.notes.add_remark(
       "bytes after the last of the " + std::to_string(count) + " facets that the header announces, ignored",
       source.bytes.size() - kHeaderBytes - kFacetBytes * count);
-  reserve_room(out.mesh.positions, 3 * count);
-  reserve_room(out.mesh.triangles, count);
-  out.mesh.positions.resize(3 * count);  // Vec3 is not initialised, so this writes nothing
-  const std::byte* facet = source.bytes.data() + kHeaderBytes + kNormalBytes;
-  double* position = out.mesh.positions.data()->data();
-  for (std::size_t i = 0; i < count; ++i, facet += kFacetBytes, position += 9) {
-    std::array<float, 9> coordinates;
-    std::memcpy(coordinates.data(), facet, sizeof coordinates);
-    float nothing = 0;  // stays zero, unless a coordinate is NaN or infinite
-    for (std::size_t k = 0; k < 9; ++k) {
-      position[k] = static_cast<double>(coordinates[k]);
-      nothing += coordinates[k] * 0.0F;
-    }
-    if (!(nothing == 0)) return non_finite(source, i, coordinates.data());
-    const auto first = static_cast<std::uint32_t>(3 * i);
-    out.mesh.triangles.push_back({first, first + 1, first + 2});
-  }
+  if (auto ok = read_facets(source, count, out); !ok) return std::move(ok).error();
   return out;
 }
 

@@ -17,10 +17,11 @@ inline std::span<const std::byte> bytes_of(std::string_view text) {
   return std::as_bytes(std::span<const char>(text.data(), text.size()));
 }
 
-inline Result<ReadMesh> read(std::string_view content, std::string_view filename, const ReadLimits& limits = {}) {
+inline Result<ReadMesh> read(std::string_view content, std::string_view filename, const ReadLimits& limits = {},
+                             Corners corners = Corners::apart) {
   // A copy of exactly the content, so that a sanitizer sees every read beyond it.
   const std::vector<char> exact(content.begin(), content.end());
-  return read_mesh(std::as_bytes(std::span<const char>(exact)), ReadHints{"a", filename, ""}, limits);
+  return read_mesh(std::as_bytes(std::span<const char>(exact)), ReadHints{"a", filename, ""}, limits, corners);
 }
 
 // Returns the message of the refusal; empty: the file was read.

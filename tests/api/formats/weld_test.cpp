@@ -1,7 +1,8 @@
-#include "api/formats/read_part.h"
+#include "api/formats/weld.h"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
@@ -59,6 +60,29 @@ TEST_CASE("weld: the same result as with a map, on random soups") {
     }
     CHECK(mesh.positions.size() == known.size());
     CHECK(gone == before.positions.size() - known.size());
+  }
+}
+
+TEST_CASE("weld: a welder gives the same by pieces of any size, whatever number it expects") {
+  for (const int values : {1, 5, 100}) {
+    Mesh mesh = soup(2000, values, 12);
+    const std::vector<Vec3> given = mesh.positions;
+    weld(mesh);
+    for (const std::size_t expected : {0U, 7U, 6000U, 50000U}) {
+      for (const std::size_t piece : {1U, 63U, 64U, 65U, 6000U}) {
+        std::vector<Vec3> kept(given.size());
+        std::vector<std::uint32_t> indices(given.size());
+        Welder welder(kept.data(), expected);
+        for (std::size_t first = 0; first < given.size(); first += piece) {
+          welder.add(std::span(given).subspan(first, std::min(piece, given.size() - first)), indices.data() + first);
+        }
+        kept.resize(welder.count());
+        CHECK(kept == mesh.positions);
+        bool same = true;
+        for (std::size_t i = 0; i < indices.size(); ++i) same &= indices[i] == mesh.triangles[i / 3][i % 3];
+        CHECK(same);
+      }
+    }
   }
 }
 

@@ -3,12 +3,17 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
+#include <utility>
 
 #include "tests/api/formats/files.h"
+#include "tests/fuzz/dice.h"
 
 namespace meshgauge::api::test {
 namespace {
+
+using fuzz::Dice;
 
 std::string header(const std::string& format, const std::string& elements) {
   return "ply\nformat " + format + " 1.0\ncomment made by a test\n" + elements + "end_header\n";
@@ -57,6 +62,52 @@ void check_ply(const std::string& file) {
 const std::string kAsciiFile = header("ascii", kVertexElement + kFaces) + kAsciiBody;
 const std::string kLittle =
     header("binary_little_endian", kVertexElement + kFaces) + binary_body<float, std::uint8_t, std::int32_t>(false);
+
+template <class Wide>
+void append_as(std::string& big, std::string& little, const std::string& type, Wide value) {
+  const auto both = [&](auto number) { big += ordered(number, true), little += ordered(number, false); };
+  if (type == "float") return both(static_cast<float>(value));
+  if (type == "double") return both(static_cast<double>(value));
+  if (type == "uchar") return both(static_cast<std::uint8_t>(value));
+  if (type == "ushort") return both(static_cast<std::uint16_t>(value));
+  both(static_cast<std::uint32_t>(value));
+}
+
+// Returns a file in both byte orders, mostly of triangles, with a few of the defects that a body can have.
+std::pair<std::string, std::string> any_ply(Dice& dice) {
+  const std::string real = dice.chance(0.5) ? "float" : "double";
+  const char* const lengths[] = {"uchar", "ushort", "int", "uint"};
+  const char* const kinds[] = {"ushort", "int", "uint", "int"};
+  const std::string length = dice.pick(lengths), index = dice.pick(kinds), other = dice.chance(0.3) ? "uchar" : "";
+  const int vertices = dice.between(3, 8), faces = dice.between(1, 12);
+  const auto scalar = [&](const char* name) { return other.empty() ? "" : "property " + other + " " + name + "\n"; };
+  std::string elements = "element vertex " + std::to_string(vertices) + "\n" + scalar("a");
+  for (const char* axis : {"x", "y", "z"}) elements += "property " + real + " " + axis + "\n";
+  elements += "element face " + std::to_string(faces) + "\n" + scalar("b");
+  elements += "property list " + length + " " + index + " vertex_indices\n" + scalar("c");
+  std::string big, little;
+  const auto others = [&] {
+    if (!other.empty()) append_as(big, little, other, 3);
+  };
+  for (int i = 0; i < vertices; ++i) {
+    others();
+    for (int k = 0; k < 3; ++k) {
+      const double c = dice.chance(0.1) ? -0.0 : dice.uniform(-9, 9);
+      append_as(big, little, real, dice.chance(0.005) ? std::numeric_limits<double>::quiet_NaN() : c);
+    }
+  }
+  for (int i = 0; i < faces; ++i) {
+    others();
+    const int corners = dice.chance(0.85) ? 3 : dice.between(dice.chance(0.1) ? 0 : 1, 5);
+    append_as(big, little, length, corners);
+    for (int k = 0; k < corners; ++k)
+      append_as(big, little, index, dice.between(dice.chance(0.01) ? -1 : 0, vertices - (dice.chance(0.99) ? 1 : 0)));
+    others();
+  }
+  const std::size_t cut = dice.chance(0.1) ? dice.below(20) : 0;
+  big.resize(big.size() - cut), little.resize(little.size() - cut);
+  return {header("binary_big_endian", elements) + big, header("binary_little_endian", elements) + little};
+}
 
 }  // namespace
 
@@ -345,6 +396,39 @@ TEST_CASE("ply: the limits of vertices and triangles hold") {
     REQUIRE(!triangles.ok());
     CHECK(triangles.error().code == ErrorCode::too_large);
   }
+}
+
+// Big-endian files are read value by value, little-endian ones many records at a time where they are plain.
+TEST_CASE("ply: both byte orders give the same bits and the same refusals") {
+  Dice dice(21);
+  std::size_t good = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto [big, little] = any_ply(dice);
+    const ReadLimits limits{100, dice.chance(0.1) ? 5U : 100U};
+    const auto one = read(big, "m.ply", limits), many = read(little, "m.ply", limits);
+    INFO("file " << i << ": " << (one ? "read" : one.error().message));
+    REQUIRE(one.ok() == many.ok());
+    if (!one) {
+      const std::size_t more = little.size() - big.size();  // "little" is a longer word: places are so much later
+      const std::string where = "byte ";
+      const bool has_place = one.error().where.starts_with(where);
+      CHECK(one.error().code == many.error().code);
+      CHECK(many.error().where ==
+            (has_place ? where + std::to_string(std::stoul(one.error().where.substr(where.size())) + more)
+                       : one.error().where));
+      const auto what = [](const Error& error) { return error.message.substr(error.message.find("'a'")); };
+      CHECK(what(one.error()) == what(many.error()));
+      continue;
+    }
+    ++good;
+    CHECK(one->mesh.triangles == many->mesh.triangles);
+    REQUIRE(one->mesh.positions.size() == many->mesh.positions.size());
+    CHECK(std::memcmp(one->mesh.positions.data(), many->mesh.positions.data(),
+                      one->mesh.positions.size() * sizeof(Vec3)) == 0);
+    CHECK(one->notes.polygons == many->notes.polygons);
+    CHECK(one->notes.skipped_primitives == many->notes.skipped_primitives);
+  }
+  CHECK(good > 500);
 }
 
 }  // namespace meshgauge::api::test

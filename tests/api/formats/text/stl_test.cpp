@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <iterator>
 #include <limits>
 #include <utility>
 
+#include "api/formats/weld.h"
 #include "tests/api/formats/files.h"
 
 namespace meshgauge::api::test {
@@ -82,6 +85,44 @@ TEST_CASE("stl: coordinates that are not finite are refused with their byte") {
   auto corners = kCorners;
   corners[3] = std::numeric_limits<float>::max();
   CHECK(read(binary_stl(facet(corners), 1), "m.stl").ok());
+}
+
+TEST_CASE("stl: corners merged while they are read are those that weld() merges, bit for bit") {
+  const float values[] = {0.F, -0.F, 1.F, -1.F, 1e-30F, 3e38F};
+  std::size_t next = 1;
+  const auto any = [&] { return values[(next = next * 25214903917 + 11) / 65536 % std::size(values)]; };
+  for (const std::size_t facets : {1U, 2U, 63U, 64U, 65U, 200U}) {
+    std::string body;
+    for (std::size_t i = 0; i < facets; ++i) {
+      std::array<float, 9> corners{};
+      std::ranges::generate(corners, any);
+      body += facet(corners);
+    }
+    const std::string file = binary_stl(body, static_cast<std::uint32_t>(facets)) + "\n";
+    auto apart = read(file, "m.stl");
+    const auto merged = read(file, "m.stl", {}, Corners::merged);
+    REQUIRE((apart.ok() && merged.ok()));
+    CHECK(!apart->merged);
+    CHECK(merged->merged);
+    CHECK(merged->notes.remarks == apart->notes.remarks);
+    CHECK(merged->notes.welded_vertices == weld(apart->mesh));
+    CHECK(merged->mesh.triangles == apart->mesh.triangles);
+    REQUIRE(merged->mesh.positions == apart->mesh.positions);
+    CHECK(std::memcmp(merged->mesh.positions.data(), apart->mesh.positions.data(),
+                      apart->mesh.positions.size() * sizeof(Vec3)) == 0);
+    body.replace(body.size() - 6, 4, raw(std::numeric_limits<float>::infinity()));
+    const std::string bad = binary_stl(body, static_cast<std::uint32_t>(facets));
+    CHECK(refusal(bad, "m.stl") == "byte " + std::to_string(bad.size() - 6) + " of 'a': a coordinate of facet " +
+                                       std::to_string(facets - 1) + " is not finite");
+    CHECK(read(bad, "m.stl", {}, Corners::merged).error().message == refusal(bad, "m.stl"));
+  }
+}
+
+TEST_CASE("stl: the limit of vertices counts the corners of a file, not what is left of them") {
+  const std::string file = binary_stl(kFacet + kFacet, 2);
+  const ReadLimits five{5, 100};
+  CHECK(read(file, "m.stl", five, Corners::merged).error().message == "'a' has more vertices than the limit of 5");
+  CHECK(read(file, "m.stl", ReadLimits{6, 100}, Corners::merged)->mesh.positions.size() == 3);
 }
 
 TEST_CASE("stl: ascii, of one solid or more, in any case of letters") {
