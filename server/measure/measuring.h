@@ -9,8 +9,8 @@
 
 #include "api/compare/compare.h"
 #include "server/measure/live_job.h"
-#include "server/measure/memory_budget.h"
 #include "server/observe/metrics.h"
+#include "server/sandbox/memory_budget.h"
 #include "server/settings/settings.h"
 #include "server/store/job_store.h"
 
