@@ -8,8 +8,8 @@
 
 #include "api/base/problem.h"
 #include "server/access/entrance.h"
-#include "server/handlers/comparison_form.h"
 #include "server/handlers/refusals.h"
+#include "server/http/comparison_form.h"
 #include "server/http/head_values.h"
 #include "server/http/multipart.h"
 #include "server/measure/job_document.h"
