@@ -8,11 +8,11 @@
 
 #include "api/base/problem.h"
 #include "server/access/entrance.h"
+#include "server/handlers/job_document.h"
 #include "server/handlers/refusals.h"
 #include "server/http/comparison_form.h"
 #include "server/http/head_values.h"
 #include "server/http/multipart.h"
-#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {

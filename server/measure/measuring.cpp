@@ -6,11 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/base/problem.h"
 #include "api/options/gate.h"
 #include "api/result/response.h"
 #include "server/base/heap.h"
-#include "server/measure/job_document.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {
@@ -55,6 +53,10 @@ bool stopped_by_cancel(const Result<api::Comparison>& result) {
   const Outcome& outcome = result->outcome;
   return outcome.stop == Stop::cancelled || has_area_stop(outcome, AreaStop::cancelled) ||
          (outcome.statistics && outcome.statistics->status == StatisticsStatus::cancelled);
+}
+
+Problem cancelled_early() {
+  return {ProblemKind::cancelled, "the comparison was cancelled before both meshes were read"};
 }
 
 Result<api::Comparison> Measuring::measured(LiveJob& job) const {

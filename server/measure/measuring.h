@@ -7,6 +7,7 @@
 #include <mutex>
 #include <utility>
 
+#include "api/base/problem.h"
 #include "api/compare/compare.h"
 #include "server/measure/live_job.h"
 #include "server/observe/metrics.h"
@@ -103,5 +104,8 @@ class Measuring {
 
 // Whether Control::cancel() ended the comparison early.
 bool stopped_by_cancel(const Result<api::Comparison>& result);
+
+// The problem of a job that was cancelled before it had an interval.
+api::Problem cancelled_early();
 
 }  // namespace meshgauge::server
