@@ -11,8 +11,8 @@
 
 #include "engine/result.h"
 #include "server/access/access.h"
-#include "server/access/origins.h"
 #include "server/http/http_guard.h"
+#include "server/http/origins.h"
 #include "server/http/tls.h"
 #include "server/measure/mesh_cache.h"
 #include "server/measure/stores.h"
