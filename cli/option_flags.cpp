@@ -9,8 +9,8 @@
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/base/text.h"
+#include "api/options/asked_units.h"
 #include "api/options/table.h"
-#include "api/options/unit_plan.h"
 #include "check/manifest/yaml_json.h"
 
 namespace meshgauge::cli {

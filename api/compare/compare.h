@@ -1,7 +1,7 @@
 // The whole path of one comparison, without sockets or threads, from the bytes of two files to the outcome. HTTP and
 // the command line both call it, so that they give the same JSON.
 //
-//   load x2 (api/compare/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/options/unit_plan.h) -> align,
+//   load x2 (api/compare/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/compare/unit_plan.h) -> align,
 //   move (api/compare/align.h) -> measure -> Comparison
 //   (-> document_of, api/result/response.h)
 #pragma once
@@ -14,9 +14,9 @@
 #include "api/compare/align.h"
 #include "api/compare/load.h"
 #include "api/compare/prepared_mesh.h"
+#include "api/compare/unit_plan.h"
 #include "api/formats/format.h"
 #include "api/options/comparison_options.h"
-#include "api/options/unit_plan.h"
 #include "engine/control.h"
 #include "engine/mesh/rigid.h"
 #include "engine/outcome.h"

@@ -3,8 +3,8 @@
 
 #include <optional>
 
+#include "api/options/asked_units.h"
 #include "api/options/expectations.h"
-#include "api/options/unit_plan.h"
 #include "engine/extras/align/align.h"
 #include "engine/options.h"
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "api/base/text.h"
+#include "api/options/asked_units.h"
 #include "api/options/draft.h"
 #include "api/options/table.h"
-#include "api/options/unit_plan.h"
 #include "api/options/write_options.h"
 
 namespace meshgauge::api {

@@ -9,7 +9,7 @@
 #include "api/base/json_filter.h"
 #include "api/base/refused.h"
 #include "api/base/text.h"
-#include "api/options/unit_plan.h"
+#include "api/options/asked_units.h"
 
 namespace meshgauge::api {
 namespace {

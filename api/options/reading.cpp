@@ -6,8 +6,8 @@
 #include "api/base/json_filter.h"
 #include "api/base/suggestion.h"
 #include "api/base/text.h"
+#include "api/options/asked_units.h"
 #include "api/options/quantity.h"
-#include "api/options/unit_plan.h"
 
 namespace meshgauge::api {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "api/options/unit_plan.h"
+#include "api/compare/unit_plan.h"
 #include "api/result/criteria.h"
 #include "engine/mesh.h"
 #include "engine/mesh/rigid.h"

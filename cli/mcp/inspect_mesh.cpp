@@ -12,7 +12,7 @@
 #include "api/base/units.h"
 #include "api/compare/load.h"
 #include "api/compare/prepared_mesh.h"
-#include "api/options/unit_plan.h"
+#include "api/compare/unit_plan.h"
 #include "api/result/json_of.h"
 #include "api/result/notes.h"
 #include "check/reports/wording.h"

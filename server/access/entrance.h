@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "server/access/access.h"
-#include "server/access/origins.h"
 #include "server/http/exchange.h"
+#include "server/http/origins.h"
 #include "server/http/request_handler.h"
 #include "server/observe/metrics.h"
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "api/base/digest.h"
-#include "server/handlers/refusals.h"
 #include "server/http/head_values.h"
+#include "server/http/name_for_file.h"
 
 namespace meshgauge::server {
 namespace {

@@ -10,7 +10,7 @@
 #include "api/result/json_of.h"
 #include "api/result/junit.h"
 #include "api/result/result_document.h"
-#include "server/measure/job_document.h"
+#include "server/handlers/job_document.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {

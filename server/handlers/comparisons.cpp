@@ -8,11 +8,10 @@
 
 #include "api/base/problem.h"
 #include "server/access/entrance.h"
-#include "server/handlers/comparison_form.h"
+#include "server/handlers/job_document.h"
 #include "server/handlers/refusals.h"
+#include "server/http/comparison_body.h"
 #include "server/http/head_values.h"
-#include "server/http/multipart.h"
-#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {
@@ -55,30 +54,17 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
   answer(exchange, {json.value("status", 500), json.value("type", ""), row.problem}, std::chrono::seconds(1));
 }
 
-// Adds a piece of a JSON body of at most api::kMaxOptionsBytes.
-std::optional<api::Problem> add_piece(std::string& text, std::string_view piece) {
-  if (text.size() + piece.size() > api::kMaxOptionsBytes) {
-    return api::Problem{api::ProblemKind::too_large,
-                        "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes"};
-  }
-  text.append(piece);
-  return std::nullopt;
-}
-
 }  // namespace
 
 // A POST, as far as it is parsed.
 struct Comparisons::Post {
-  Post(const Settings& settings, const UploadShare& share) : receiver(form, settings, share) {}
+  Post(const Settings& settings, const UploadShare& share) : body(settings, share) {}
 
   Terms terms;
   bool repeats = false;  // a comparison with its Idempotency-Key is stored
   Submission submission;
   std::optional<Scheduler::Slot> slot = std::nullopt;  // null: it repeats
-  Form form;
-  FormReceiver receiver;
-  std::optional<MultipartParser> parser = std::nullopt;  // null: the body is JSON
-  std::string text = {};                                 // of that body
+  ComparisonBody body;
 };
 
 // A client that waits for a job.
@@ -166,19 +152,8 @@ void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, c
 }
 
 void Comparisons::receive(Exchange& exchange, const std::shared_ptr<Post>& post) {
-  std::string_view type = exchange.head.header("content-type");
-  Body::Receive piece = [post](std::string_view bytes) { return add_piece(post->text, bytes); };
-  if (take_kind(type) != "application/json") {
-    std::string boundary;
-    constexpr const char* kWanted =
-        "multipart/form-data for files (curl -F a=@part.stl -F b=@baseline.stl), or application/json for stored meshes "
-        "(curl --json '{\"a\": \"SHA-256\", \"b\": \"SHA-256\"}')";
-    const auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary);
-    if (refusal) return answer(exchange, *refusal);
-    post->parser.emplace(boundary, post->receiver);
-    piece = [post](std::string_view bytes) { return post->parser->feed(bytes); };
-  }
-  exchange.body.read(std::move(piece), [this, &exchange, post](const Refusal& lost) {
+  const std::shared_ptr<ComparisonBody> body(post, &post->body);
+  ComparisonBody::receive(body, exchange, [this, &exchange, post](const Refusal& lost) {
     if (lost) return answer(exchange, *lost);
     if (const auto refusal = parse(exchange, *post)) return answer(exchange, *refusal);
     submit(exchange, *post);
@@ -186,24 +161,26 @@ void Comparisons::receive(Exchange& exchange, const std::shared_ptr<Post>& post)
 }
 
 Comparisons::Refusal Comparisons::parse(Exchange& exchange, Post& post) {
-  if (auto refusal = post.parser ? parse_form(post) : parse_ids(exchange.owner, post)) return refusal;
+  if (post.body.is_form()) {
+    take_form(post);
+  } else if (auto refusal = parse_ids(exchange.owner, post)) {
+    return refusal;
+  }
   auto request = api::parse_options(post.submission.options, request_limits(settings_));
   if (!request) return api::to_problem(request.error());
   post.submission.request = *request;
   return std::nullopt;
 }
 
-Comparisons::Refusal Comparisons::parse_form(Post& post) const {
-  if (auto refusal = post.parser->finish()) return refusal;
-  if (auto refusal = post.receiver.complete()) return refusal;
-  post.submission.options = std::move(post.form.options);
-  post.submission.a = source_of("a", std::move(post.form.a));
-  post.submission.b = source_of("b", std::move(post.form.b));
-  return std::nullopt;
+void Comparisons::take_form(Post& post) {
+  Form& form = post.body.form();
+  post.submission.options = std::move(form.options);
+  post.submission.a = source_of("a", std::move(form.a));
+  post.submission.b = source_of("b", std::move(form.b));
 }
 
 Comparisons::Refusal Comparisons::parse_ids(const std::string& owner, Post& post) {
-  auto pair = api::parse_stored_pair(post.text);
+  auto pair = api::parse_stored_pair(post.body.text());
   if (!pair) return api::to_problem(with_remedy(pair.error()));
   post.submission.options = std::move(pair->options);
   post.submission.a.id = std::move(pair->a);

@@ -52,7 +52,7 @@ class Comparisons {
 
   void receive(Exchange& exchange, const std::shared_ptr<Post>& post);
   Refusal parse(Exchange& exchange, Post& post);
-  Refusal parse_form(Post& post) const;
+  static void take_form(Post& post);
   Refusal parse_ids(const std::string& owner, Post& post);
   std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, MeshSource& source);
   void admit(Exchange& exchange, const std::shared_ptr<Post>& post);

@@ -7,10 +7,10 @@
 
 #include "api/base/problem.h"
 #include "server/handlers/batches.h"
+#include "server/handlers/job_document.h"
 #include "server/handlers/meshes.h"
 #include "server/http/head_values.h"
 #include "server/http/text.h"
-#include "server/measure/job_document.h"
 #include "server/measure/kept_blobs.h"
 #include "server/web/pages.h"
 

@@ -6,8 +6,8 @@
 #include "api/base/problem.h"
 #include "api/options/batch_request.h"
 #include "server/access/entrance.h"
+#include "server/handlers/job_document.h"
 #include "server/http/head_values.h"
-#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {

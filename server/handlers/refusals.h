@@ -2,9 +2,7 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
 
 #include "api/base/problem.h"
 #include "server/http/connection_limit.h"
@@ -33,10 +31,5 @@ inline api::Problem too_many_watchers(const Settings& settings) {
 
 // Takes a place for a response that streams. Null: there is none, and the exchange is answered.
 std::shared_ptr<const void> take_place(Exchange& exchange, ConnectionLimit& watchers, const Settings& settings);
-
-// Recognises a field of a form that holds the name of a file in place of the file: `curl -F a=part.stl` without the
-// '@'. Returns the problem of a field whose content is one line of text that ends as the name of a file does, or begins
-// with '@', '/', './', '../' or '~/', but not with 'solid ' as an ASCII STL. nullopt: it is something else.
-std::optional<api::Problem> refuse_name_for_file(const std::string& field, std::string_view content);
 
 }  // namespace meshgauge::server

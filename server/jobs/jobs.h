@@ -25,10 +25,10 @@
 #include "server/measure/kept_blobs.h"
 #include "server/measure/live_job.h"
 #include "server/measure/measuring.h"
-#include "server/measure/memory_budget.h"
 #include "server/measure/scheduler.h"
 #include "server/measure/stores.h"
 #include "server/observe/metrics.h"
+#include "server/sandbox/memory_budget.h"
 #include "server/settings/settings.h"
 #include "server/worker/worker.h"
 

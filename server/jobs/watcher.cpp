@@ -1,11 +1,15 @@
 #include "server/jobs/watcher.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
+#include "api/result/response.h"
 #include "server/base/heap.h"
-#include "server/measure/job_document.h"
 
 namespace meshgauge::server {
 namespace {
@@ -16,6 +20,28 @@ using store::JobState;
 constexpr seconds kReadInterval{1};
 constexpr unsigned kRoundsUnwatched = 10;  // every tenth round also reads jobs without a waiting client
 constexpr std::size_t kMostAtOnce = 500;   // rows of one read
+
+std::optional<std::size_t> triangles_of(const nlohmann::json& document, const char* part) {
+  const nlohmann::json::json_pointer pointer(std::string("/meshes/") + part + "/triangles");
+  if (!document.contains(pointer) || !document[pointer].is_number_unsigned()) return std::nullopt;
+  return document[pointer].get<std::size_t>();
+}
+
+// Returns the view of a job whose end was read from the store: its stages and sizes are those of its document.
+JobView as_told(const store::Job& row) {
+  JobView view;
+  view.row = row;
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  if (!document.is_object()) return view;
+  const auto times = document.value("timings_ms", nlohmann::json::object());
+  for (const char* name : api::kStageNames) {
+    if (times.contains(name) && times[name].is_number()) view.stages.push_back({name, times[name].get<double>()});
+  }
+  view.timing = api::to_server_timing(view.stages);
+  const auto a = triangles_of(document, "a"), b = triangles_of(document, "b");
+  if (a && b) view.triangles = MeshSizes{*a, *b};
+  return view;
+}
 
 }  // namespace
 

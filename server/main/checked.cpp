@@ -7,7 +7,7 @@
 
 #include "api/base/machine.h"
 #include "api/base/refused.h"
-#include "server/access/origins.h"
+#include "server/http/origins.h"
 #include "server/store/conninfo.h"
 
 namespace meshgauge::server {

@@ -6,6 +6,7 @@
 #include "server/handlers/problems.h"
 #include "server/http/descriptors.h"
 #include "server/main/wiring.h"
+#include "server/measure/caching_mesh_loader.h"
 #include "server/measure/map_cache.h"
 #include "server/observe/log.h"
 #include "server/sandbox/pool.h"

@@ -9,7 +9,6 @@
 #include "api/base/descriptor.h"
 #include "api/base/digest.h"
 #include "api/base/refused.h"
-#include "api/compare/prepared_mesh.h"
 #include "server/base/heap.h"
 #include "server/http/upload.h"
 #include "server/observe/log.h"
@@ -98,21 +97,6 @@ std::string defect_of(sandbox::Pool& pool) {
   Control limit;
   limit.set_deadline(Control::Clock::now() + kReaderTime);
   return pool.defect(limit);
-}
-
-Result<api::SharedMesh> CachingMeshLoader::load(const MeshSource& source, MemoryReservation& memory, Control& job) {
-  const auto read = [&](Prepared::Use use, Control& control) {
-    return api::prepare(pool_.load(source.input, limits_, control, &memory), source.input, use, control);
-  };
-  if (!source.kept) return read(Prepared::Use::once, job);
-  const std::uint64_t before = memory.taken_meshes();
-  auto mesh = cache_.get(
-      *source.kept, [&](Control& control) { return read(Prepared::Use::often, control); }, job);
-  if (!mesh || memory.taken_meshes() > before) return mesh;
-  // One that was cached: it may leave the cache while it is in use.
-  const MeshView arrays = (*mesh)->mesh.mesh();
-  if (const auto ok = memory.take_mesh(arrays.positions.size(), arrays.triangles.size()); !ok) return ok.error();
-  return mesh;
 }
 
 std::string why_no_upload(const std::string& directory) {

@@ -1,5 +1,5 @@
-// Parts that `serve` and `worker` set up alike: the process, the stores, the pool of reader processes, loading of
-// meshes, the listening socket, and signals.
+// Parts that `serve` and `worker` set up alike: the process, the stores, the pool of reader processes, the listening
+// socket, and signals.
 #pragma once
 
 #include <chrono>
@@ -11,13 +11,13 @@
 
 #include "engine/result.h"
 #include "server/access/access.h"
-#include "server/access/origins.h"
 #include "server/http/http_guard.h"
+#include "server/http/origins.h"
 #include "server/http/tls.h"
-#include "server/measure/measuring.h"
 #include "server/measure/mesh_cache.h"
 #include "server/measure/stores.h"
 #include "server/observe/metrics.h"
+#include "server/sandbox/memory_budget.h"
 #include "server/sandbox/pool.h"
 #include "server/settings/settings.h"
 #include "server/store/forms/stores.h"
@@ -41,20 +41,6 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
 
 // Returns the reason why the pool cannot read files now; empty: it can. Waits for a reader for a second at most.
 std::string defect_of(sandbox::Pool& pool);
-
-// Loads a mesh from the cache if it is a stored mesh, else by the pool. Borrows both.
-class CachingMeshLoader final : public MeshLoader {
- public:
-  CachingMeshLoader(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits)
-      : pool_(pool), cache_(cache), limits_(limits) {}
-
-  Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation& memory, Control& job) override;
-
- private:
-  sandbox::Pool& pool_;
-  MeshCache& cache_;
-  const api::ReadLimits limits_;
-};
 
 // Why no file can be created in the directory, which the text does not name; empty: one can.
 std::string why_no_upload(const std::string& directory);

@@ -16,6 +16,7 @@
 #include "server/jobs/upkeep.h"
 #include "server/main/status_port.h"
 #include "server/main/wiring.h"
+#include "server/measure/caching_mesh_loader.h"
 #include "server/observe/log.h"
 #include "server/worker/worker.h"
 

@@ -6,11 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/base/problem.h"
 #include "api/options/gate.h"
 #include "api/result/response.h"
 #include "server/base/heap.h"
-#include "server/measure/job_document.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {
@@ -55,6 +53,10 @@ bool stopped_by_cancel(const Result<api::Comparison>& result) {
   const Outcome& outcome = result->outcome;
   return outcome.stop == Stop::cancelled || has_area_stop(outcome, AreaStop::cancelled) ||
          (outcome.statistics && outcome.statistics->status == StatisticsStatus::cancelled);
+}
+
+Problem cancelled_early() {
+  return {ProblemKind::cancelled, "the comparison was cancelled before both meshes were read"};
 }
 
 Result<api::Comparison> Measuring::measured(LiveJob& job) const {
@@ -134,12 +136,13 @@ JobView Measuring::last_view(const LiveJob& job, const Result<api::Comparison>& 
 
 JobView Measuring::concluded(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const {
   JobView last = job.view();
-  last.row.finished = clock_.time();
-  last.row.expires = *last.row.finished + std::chrono::seconds(settings_.result_ttl_s);
+  const store::TimePoint finished = clock_.time();
+  const auto document = result ? api::document_of(*result) : nlohmann::ordered_json();
+  last.row.finished = finished;
+  last.row.expires = finished + std::chrono::seconds(settings_.result_ttl_s);
   const bool cancelled = stopped_by_cancel(result) && last.row.cancel_requested;
   if (result) {
     last.row.state = cancelled ? JobState::cancelled : JobState::done;
-    const auto document = api::document_of(*result);
     const auto& verdict = document.at("verdict");
     last.row.document = document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     last.row.verdict = verdict.is_null() ? "" : verdict.get<std::string>();

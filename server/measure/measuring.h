@@ -7,10 +7,11 @@
 #include <mutex>
 #include <utility>
 
+#include "api/base/problem.h"
 #include "api/compare/compare.h"
 #include "server/measure/live_job.h"
-#include "server/measure/memory_budget.h"
 #include "server/observe/metrics.h"
+#include "server/sandbox/memory_budget.h"
 #include "server/settings/settings.h"
 #include "server/store/job_store.h"
 
@@ -103,5 +104,8 @@ class Measuring {
 
 // Whether Control::cancel() ended the comparison early.
 bool stopped_by_cancel(const Result<api::Comparison>& result);
+
+// The problem of a job that was cancelled before it had an interval.
+api::Problem cancelled_early();
 
 }  // namespace meshgauge::server

@@ -83,12 +83,26 @@ bool Reading::begin() {
 // Whatever a worker made of a file that the disk has damaged is not its sender's fault.
 ReadingOutcome Reading::finish(Control& control) {
   ReadingOutcome outcome = wait_for_mesh(control);
-  if (outcome.end == End::overdue || outcome.end == End::cancelled || !is_damaged(control)) return outcome;
-  return {
-      End::failed, "was given a damaged file",
-      Error{ErrorCode::internal,
-            "the stored bytes of '" + input_.part + "' are damaged: their SHA-256 is another one; store the mesh again",
-            "", ""}};
+  if (outcome.end == End::overdue || outcome.end == End::cancelled) return outcome;
+  if (is_damaged(control)) {
+    const std::string what =
+        "the stored bytes of '" + input_.part + "' are damaged: their SHA-256 is another one; store the mesh again";
+    return {End::failed, "was given a damaged file", Error{ErrorCode::internal, what, "", ""}};
+  }
+  if (!outcome.mesh) return outcome;
+  return checked(std::move(outcome), control);
+}
+
+// Whatever bytes a worker sent, the engine gets a valid mesh.
+ReadingOutcome Reading::checked(ReadingOutcome outcome, Control& control) const {
+  Interruption why = Interruption::none;
+  const auto valid = validate(outcome.mesh->mesh, {limits_.max_vertices, limits_.max_triangles}, input_.part, [&] {
+    why = control.check();
+    return why != Interruption::none;
+  });
+  if (why != Interruption::none) return killed(why);
+  if (!valid) return untrue("gave an invalid mesh: " + valid.error().message);
+  return outcome;
 }
 
 // Also false when `control` says to stop before that is known.
@@ -143,15 +157,9 @@ ReadingOutcome Reading::take_mesh(const Arrays& arrays, Control& control) {
   const bool complete = for_each_piece({positions, triangles, encoded}, take);
   if (why != Interruption::none) return killed(why);
   if (!complete) return broken_off(control);
-  const MeshView mesh(copy->positions, copy->triangles);
-  const auto valid = validate(mesh, {limits_.max_vertices, limits_.max_triangles}, input_.part, [&] {
-    why = control.check();
-    return why != Interruption::none;
-  });
-  if (why != Interruption::none) return killed(why);
-  if (!valid) return untrue("gave an invalid mesh: " + valid.error().message);
   auto groups = table.empty() ? api::Groups() : decode_groups(table, arrays.triangles);
   if (!groups) return untrue("gave groups that have no meaning");
+  const MeshView mesh(copy->positions, copy->triangles);
   return {End::read, "", api::LoadedMesh{mesh, arrays.format, arrays.notes, "", copy, *std::move(groups)}};
 }
 

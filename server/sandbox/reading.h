@@ -74,6 +74,7 @@ class Reading {
   bool is_damaged(Control& control);
   const std::string& sha256();  // precondition: the rest is empty
   ReadingOutcome take_mesh(const Arrays& arrays, Control& control);
+  ReadingOutcome checked(ReadingOutcome outcome, Control& control) const;  // precondition: it has a mesh
   Interruption await_message(Control& control);
   Interruption digest_rest(Control& control);
   void digest_piece();

@@ -9,8 +9,8 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/compare/unit_plan.h"
 #include "api/options/gate.h"
-#include "api/options/unit_plan.h"
 
 using namespace meshgauge;
 using api::JsonValue;

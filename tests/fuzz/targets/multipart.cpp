@@ -3,7 +3,7 @@
 // gets back what it gave; sizes stay within their limits.
 #include <string>
 
-#include "server/handlers/comparison_form.h"
+#include "server/http/comparison_form.h"
 #include "server/http/multipart.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"

@@ -2,7 +2,6 @@
 
 #include <atomic>
 
-#include "server/measure/job_document.h"
 #include "shared_bench.h"
 
 using namespace meshgauge;
@@ -182,23 +181,6 @@ TEST_CASE("watcher: an interval only shrinks, also when the store loses progress
   CHECK(job.view().row.tries == 2);
   CHECK(job.version() == version + 1);
   CHECK(shown(store::Progress{0, 9, "build", "v2"}) == store::Progress{0, 9, "build", "v2"});
-}
-
-TEST_CASE("watcher: a job's document has the gate of its options, whether they were parsed here or not") {
-  store::NewJob row = store::new_job("owner", "job");
-  row.options = R"({"gate": {"max_distance": 0.25, "units": "mm"}})";
-  LiveJob parsed(row, got(api::parse_options(row.options)), MeshSource{}, MeshSource{}, true);
-  LiveJob unparsed(row, std::nullopt, MeshSource{}, MeshSource{}, true);
-  CHECK(parsed.view().request != nullptr);
-  CHECK(unparsed.view().request == nullptr);
-  const std::string document = to_json(parsed.view());
-  CHECK(document.find(R"("gate":{"max_distance":0.25,"units":"mm"})") != std::string::npos);
-  CHECK(to_json(unparsed.view()) == document);
-  JobView last;
-  last.row.state = JobState::done;
-  parsed.ended(last);
-  CHECK(parsed.view().row.state == JobState::done);
-  CHECK(parsed.view().request != nullptr);
 }
 
 TEST_CASE("watcher: a place taken while another client leaves the job is given back") {

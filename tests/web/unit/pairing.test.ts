@@ -21,7 +21,7 @@ test("the archive is that of the service, byte for byte", async () => {
   assert.equal(made.name, "any.gltf.zip");
   assert.equal(made.type, "application/zip");
   const digest = createHash("sha256").update(new Uint8Array(await made.arrayBuffer())).digest("hex");
-  // tests/server/handlers/comparison_form_test.cpp has the same.
+  // tests/server/http/comparison_form_test.cpp has the same.
   assert.equal(digest, "98ead8770aaa7e0f62eed5be5e86f7fce4602a8b818a4319bc7a85036f5eef31");
 });
 

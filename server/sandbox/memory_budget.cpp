@@ -1,4 +1,4 @@
-#include "server/measure/memory_budget.h"
+#include "server/sandbox/memory_budget.h"
 
 #include <algorithm>
 #include <chrono>

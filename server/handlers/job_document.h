@@ -6,7 +6,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "api/base/problem.h"
 #include "server/measure/live_job.h"
 
 namespace meshgauge::server {
@@ -25,14 +24,8 @@ nlohmann::ordered_json gate_of(const store::Job& row);
 // The problem of a job that ended without a result; "null": it did not.
 std::string problem_json(const store::Job& row);
 
-// Returns the view of a job whose end was read from the store: its stages and sizes are those of its document.
-JobView as_told(const store::Job& row);
-
 // The current interval on one line: the data of a `progress` event. `now`: JobStore::time(), whose clock dates the job.
 std::string progress_json(const JobView& job, store::TimePoint now);
-
-// The problem of a job that was cancelled before it had an interval.
-api::Problem cancelled_early();
 
 // 2026-03-01T12:00:00.000Z (RFC 3339).
 std::string to_text(store::TimePoint time);

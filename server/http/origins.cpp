@@ -1,4 +1,4 @@
-#include "server/access/origins.h"
+#include "server/http/origins.h"
 
 #include <algorithm>
 

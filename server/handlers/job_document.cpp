@@ -1,4 +1,4 @@
-#include "server/measure/job_document.h"
+#include "server/handlers/job_document.h"
 
 #include <algorithm>
 
@@ -8,6 +8,7 @@
 #include "api/base/utc.h"
 #include "api/options/request.h"
 #include "api/result/json_of.h"
+#include "server/measure/measuring.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
@@ -17,12 +18,6 @@ using Json = nlohmann::ordered_json;  // writes infinity and NaN as null
 
 // A path without a host: the client knows by which name it reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
-
-std::optional<std::size_t> triangles_of(const nlohmann::json& document, const char* part) {
-  const nlohmann::json::json_pointer pointer(std::string("/meshes/") + part + "/triangles");
-  if (!document.contains(pointer) || !document[pointer].is_number_unsigned()) return std::nullopt;
-  return document[pointer].get<std::size_t>();
-}
 
 Json json_of(const store::Progress& progress) {
   return {{"lower", progress.lower}, {"upper", progress.upper}, {"stage", api::text_or_null(progress.stage)}};
@@ -45,25 +40,6 @@ std::string problem_json(const store::Job& row) {
   if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
   if (row.state != store::JobState::failed) return "null";
   return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error});
-}
-
-JobView as_told(const store::Job& row) {
-  JobView view;
-  view.row = row;
-  const auto document = nlohmann::json::parse(row.document, nullptr, false);
-  if (!document.is_object()) return view;
-  const auto times = document.value("timings_ms", nlohmann::json::object());
-  for (const char* name : api::kStageNames) {
-    if (times.contains(name) && times[name].is_number()) view.stages.push_back({name, times[name].get<double>()});
-  }
-  view.timing = api::to_server_timing(view.stages);
-  const auto a = triangles_of(document, "a"), b = triangles_of(document, "b");
-  if (a && b) view.triangles = MeshSizes{*a, *b};
-  return view;
-}
-
-api::Problem cancelled_early() {
-  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read"};
 }
 
 std::string to_text(store::TimePoint time) { return api::to_utc_ms(time); }

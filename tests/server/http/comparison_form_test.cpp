@@ -1,4 +1,4 @@
-#include "server/handlers/comparison_form.h"
+#include "server/http/comparison_form.h"
 
 #include <doctest/doctest.h>
 

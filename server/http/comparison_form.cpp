@@ -1,4 +1,4 @@
-#include "server/handlers/comparison_form.h"
+#include "server/http/comparison_form.h"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 #include "api/formats/file/source.h"
 #include "api/formats/gltf/gltf_bundle.h"
 #include "api/options/request.h"
-#include "server/handlers/refusals.h"
+#include "server/http/name_for_file.h"
 
 namespace meshgauge::server {
 namespace {

@@ -1,4 +1,4 @@
-#include "api/options/unit_plan.h"
+#include "api/compare/unit_plan.h"
 
 #include <fstream>
 #include <sstream>
@@ -51,29 +51,6 @@ FileUnit file_of(const std::string& cell) {
 }
 
 }  // namespace
-
-TEST_CASE("units: the usual spellings, and nothing else") {
-  const std::pair<LengthUnit, std::vector<const char*>> all[] = {
-      {LengthUnit::micron, {"um", "UM", "\xC2\xB5m", "\xCE\xBCm", "micron", "Microns", "micrometer", "micrometres"}},
-      {LengthUnit::millimeter, {"mm", "MM", "Mm", "millimeter", "millimeters", "millimetre", "millimetres"}},
-      {LengthUnit::centimeter, {"cm", "centimeter", "centimeters", "centimetre", "CENTIMETRES"}},
-      {LengthUnit::meter, {"m", "M", "meter", "meters", "metre", "metres"}},
-      {LengthUnit::inch, {"in", "inch", "inches", "\"", "IN"}},
-      {LengthUnit::foot, {"ft", "foot", "feet", "'"}}};
-  for (const auto& [unit, spellings] : all) {
-    for (const char* spelling : spellings) {
-      CAPTURE(spelling);
-      CHECK(parse_unit(spelling) == unit);
-    }
-    CHECK(parse_unit(to_string(unit)) == unit);
-    CHECK(parse_unit(in_words(unit)) == unit);
-  }
-  CHECK(api::unit_names() == "um, mm, cm, m, in, ft");
-  for (const char* none : {"", " ", "mm ", " mm", "km", "nm", "parsec", "mms", "inchs", "%", "px", "1", "b", "''"}) {
-    CAPTURE(none);
-    CHECK_FALSE(parse_unit(none));
-  }
-}
 
 TEST_CASE("units: a factor is a quotient of small integers, and 1 for unknown units") {
   const auto factor = [](LengthUnit from, LengthUnit to) {
