@@ -60,9 +60,9 @@ Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints
   auto read = read_as(*format, Source{bytes, hints.part, limits, corners});
   if (!read) return read;
   if (auto ok = note_unread(hints, *read); !ok) return std::move(ok).error();
+  note_contradictions(hints, *read);
   const MeshLimits mesh_limits{limits.max_vertices, limits.max_triangles};
   if (auto ok = validate(read->mesh, mesh_limits, hints.part); !ok) return std::move(ok).error();
-  note_contradictions(hints, *read);
   return read;
 }
 
