@@ -1,6 +1,6 @@
 // Reads XML from a zip archive element by element, by expat. Refuses a document type, and with it every entity except
 // the standard's five; opens nothing outside. Limits on nesting, the length of a tag, namespaces and the memory for
-// names bound time and memory by the document's size.
+// names bound time and memory by the document's size. A handler may take frequent elements before expat gets them.
 #pragma once
 
 #include <optional>
@@ -53,6 +53,12 @@ class XmlAttributes {
   const std::vector<XmlAttribute>& prefixed_;
 };
 
+// What XmlHandler::take() took.
+struct XmlTaken {
+  std::size_t bytes = 0;
+  std::size_t lines = 0;  // line ends in them
+};
+
 class XmlHandler {
  public:
   XmlHandler() = default;
@@ -71,6 +77,16 @@ class XmlHandler {
   // and end of an element.
   virtual bool wants_text() const { return false; }
   virtual void text(std::string_view /*piece*/) {}
+
+  // A handler may read the most frequent elements from their bytes, faster than by start() and end().
+  // Returns the place of the first tag in `text` behind which takes() may become true; npos: none. May be wrong, which
+  // takes time only.
+  virtual std::size_t find_taking(std::string_view /*text*/) const { return std::string_view::npos; }
+  // Returns true where take() may be called: behind a tag, without a need for text().
+  virtual bool takes() const { return false; }
+  // Called with bytes of the document, in an encoding that has ASCII. Reads elements at their beginning as start() and
+  // end() would, up to the first that is cut off or is not plainly valid XML; that one is for start().
+  virtual XmlTaken take(std::string_view /*text*/) { return {}; }
 };
 
 // Reads the entry `name` of the archive to its end. Errors name the entry and the line.
