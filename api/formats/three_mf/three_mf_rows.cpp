@@ -149,7 +149,6 @@ bool read_triangle(RowCursor& at, std::size_t vertices, Triangle& triangle) {
 template <class Row, class ReadRow>
 XmlTaken take_rows(std::string_view text, std::size_t most, std::vector<Row>& rows, const ReadRow& read_row) {
   constexpr std::size_t kFewestBytes = 27;  // of <vertex x="1" y="1" z="1"/>
-  text = text.substr(0, text.rfind('>') + 1);
   reserve_more(rows, std::min(text.size() / kFewestBytes, most - rows.size()));
   RowCursor at(text);
   XmlTaken taken;

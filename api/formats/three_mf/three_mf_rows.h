@@ -14,7 +14,8 @@ namespace meshgauge::api {
 // Appends the vertices at the beginning of `text` to `positions` and returns their bytes. Stops before the first row
 // that is not of the form <vertex x="1" y="-2.5e3" z=".5"/>, before one that is cut off, and at `most` positions. The
 // common form: attributes in any order, each once, after white space; quotes of either kind; finite numbers as for
-// read_coordinate(), without spaces around them. `text` begins behind a tag. Takes linear time.
+// read_coordinate(), without spaces around them. `text` begins behind a tag and ends with '>', or is empty. Takes
+// time linear in the bytes that it returns and the first row that it does not.
 XmlTaken take_mf_vertices(std::string_view text, std::size_t most, std::vector<Vec3>& positions);
 
 // As above, for rows of the form <triangle v1="0" v2="1" v3="2"/> with indices below `vertices`. They may also have the

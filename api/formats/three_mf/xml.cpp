@@ -188,6 +188,13 @@ bool is_plain(const char* name) {
   return *name == '\0';
 }
 
+// Returns true for the beginning of a document whose ASCII characters are one byte each; expat finds out UTF-16 by the
+// same bytes.
+bool begins_with_ascii(std::string_view text) {
+  text.remove_prefix(static_cast<std::size_t>(after_mark(text) - text.data()));
+  return text.size() > 1 && text[0] == '<' && text[1] != '\0';
+}
+
 class XmlReader {
  public:
   XmlReader(const Source& source, const std::string& name, XmlHandler& handler);
@@ -214,10 +221,15 @@ class XmlReader {
   }
 
   std::optional<Error> parse(std::string_view piece, bool is_last);
-  std::size_t next_stop(std::string_view piece) const;
+  std::optional<Error> feed_tags(std::string_view& piece);
+  std::size_t next_stop(std::string_view tags) const;
   void note_tag() { tag_end_ = byte_of(parser_.get()) + XML_GetCurrentByteCount(parser_.get()); }
   bool is_behind_tag() const { return tag_end_ == fed_; }
-  std::int64_t bytes_held() const { return fed_ - byte_of(parser_.get()); }
+  // Bytes of a tag, a comment or the like whose end is not fed yet.
+  std::int64_t bytes_held() const {
+    const std::int64_t reached = byte_of(parser_.get());
+    return reached < 0 ? 0 : fed_ - reached;
+  }
 
   std::optional<XmlDefect> start(const char* name, const char** attributes);
   std::optional<XmlDefect> declare_namespaces(const char** attributes);
@@ -341,41 +353,48 @@ Error XmlReader::fault() const {
   return here(defect.code, defect.what);
 }
 
-// Returns true for the beginning of a document whose ASCII characters are one byte each, as expat finds it out.
-bool begins_with_ascii(std::string_view text) {
-  const std::string_view rest(after_mark(text), text.end());
-  return rest.size() > 1 && rest[0] == '<' && rest[1] != '\0';
-}
-
 std::optional<Error> XmlReader::feed(std::string_view piece) {
   if (fed_ == 0 && piece.starts_with(kEncrypted)) {
     return at(source_, printable(name_, 100), ErrorCode::unsupported_format,
               "encrypted by the secure content extension, which is not supported; save it without encryption");
   }
   if (fed_ == 0) has_ascii_ = begins_with_ascii(piece);
-  bool as_a_whole = !has_ascii_;
-  while (!piece.empty()) {
-    if (!as_a_whole && is_behind_tag() && handler_.takes()) {
-      const XmlTaken taken = handler_.take(piece);
-      taken_lines_ += taken.lines;
-      piece.remove_prefix(taken.bytes);
-    }
-    const std::size_t stop = as_a_whole ? piece.size() : next_stop(piece);
-    if (auto error = parse(piece.substr(0, stop), false)) return error;
-    piece.remove_prefix(stop);
-    as_a_whole = as_a_whole || !is_behind_tag();
+  if (has_ascii_) {
+    if (auto error = feed_tags(piece)) return error;
+  }
+  if (!piece.empty()) {
+    if (auto error = parse(piece, false)) return error;
   }
   if (bytes_held() > kLongestTag) return here(ErrorCode::too_large, "a tag or a comment of more than 1 MiB");
   return std::nullopt;
 }
 
-// Returns how many bytes expat gets before the handler may take what follows. expat rescans what it holds, so it gets
-// all after a long tag or comment; and feed() gives it all after a stop that was none, in a comment for example.
-std::size_t XmlReader::next_stop(std::string_view piece) const {
+// Gives tags to the handler that takes them and to expat, as far as they alternate, and removes them from `piece`.
+std::optional<Error> XmlReader::feed_tags(std::string_view& piece) {
+  for (std::size_t left = piece.rfind('>') + 1; left != 0;) {
+    if (is_behind_tag() && handler_.takes()) {
+      const XmlTaken taken = handler_.take(piece.substr(0, left));
+      taken_lines_ += taken.lines;
+      piece.remove_prefix(taken.bytes);
+      left -= taken.bytes;
+    }
+    const std::size_t stop = next_stop(piece.substr(0, left));
+    if (stop == 0) break;
+    if (auto error = parse(piece.substr(0, stop), false)) return error;
+    piece.remove_prefix(stop);
+    left -= stop;
+    if (!is_behind_tag()) break;  // in a comment, for example: each further stop could rescan it
+  }
+  return std::nullopt;
+}
+
+// Returns how many bytes of `tags`, which ends with '>', expat gets before the handler may take others. 0: there are
+// none such, or expat holds so much of a tag or a comment that it had better be rescanned only once.
+std::size_t XmlReader::next_stop(std::string_view tags) const {
   constexpr std::int64_t kMostRescanned = 4096;
-  if (bytes_held() > kMostRescanned) return piece.size();
-  const std::size_t tag = handler_.takes() ? 0 : handler_.find_taking(piece);
-  return std::min(piece.find('>', tag), piece.size() - 1) + 1;
+  if (tags.empty() || bytes_held() > kMostRescanned) return 0;
+  const std::size_t tag = handler_.takes() ? 0 : handler_.find_taking(tags);
+  return tag == std::string_view::npos ? 0 : tags.find('>', tag) + 1;
 }
 
 std::optional<Error> XmlReader::parse(std::string_view piece, bool is_last) {

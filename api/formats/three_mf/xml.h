@@ -79,13 +79,14 @@ class XmlHandler {
   virtual void text(std::string_view /*piece*/) {}
 
   // A handler may read the most frequent elements from their bytes, faster than by start() and end().
-  // Returns the place of the first tag in `text` behind which takes() may become true; npos: none. May be wrong, which
-  // takes time only.
+  // Returns the place of the first tag in `text` behind which takes() may become true; npos: none. A wrong place costs
+  // time only.
   virtual std::size_t find_taking(std::string_view /*text*/) const { return std::string_view::npos; }
   // Returns true where take() may be called: behind a tag, without a need for text().
   virtual bool takes() const { return false; }
-  // Called with bytes of the document, in an encoding that has ASCII. Reads elements at their beginning as start() and
-  // end() would, up to the first that is cut off or is not plainly valid XML; that one is for start().
+  // Called with bytes of the document that follow a tag, end with '>' and are ASCII where they look like it. Reads
+  // elements at their beginning just as start() and end() would, and stops before the first that is cut off or may not
+  // be valid XML; start() gets that one.
   virtual XmlTaken take(std::string_view /*text*/) { return {}; }
 };
 
