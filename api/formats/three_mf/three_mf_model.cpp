@@ -7,6 +7,7 @@
 
 #include "api/base/text.h"
 #include "api/formats/three_mf/three_mf_attributes.h"
+#include "api/formats/three_mf/three_mf_rows.h"
 #include "api/formats/three_mf/three_mf_volumes.h"
 #include "api/formats/unread.h"
 
@@ -152,6 +153,11 @@ class ModelReader : public XmlHandler {
   void text(std::string_view piece) override {
     if (value_.size() < kLongestValue) value_.append(piece.substr(0, kLongestValue - value_.size()));
   }
+  std::size_t find_taking(std::string_view text) const override;
+  bool takes() const override {
+    return plain_rows_ && (places_.back() == Place::vertices || places_.back() == Place::triangles);
+  }
+  XmlTaken take(std::string_view text) override;
 
  private:
   // leaf: an element without elements inside; skipped: one that is not read, with all inside.
@@ -204,6 +210,7 @@ class ModelReader : public XmlHandler {
   std::vector<Place> places_{Place::outside};
   MfPrefixes prefixes_;          // prefixes of the root element
   MfObject* object_ = nullptr;   // nullptr: outside of objects
+  bool plain_rows_ = false;      // true: rows of the current vertices or triangles have no prefix
   std::string_view leaf_;        // the last leaf
   std::string skipped_;          // the last element that is not read, in one that is
   bool helper_setting_ = false;  // true: inside such a setting, whose text is kept in value_
@@ -240,6 +247,7 @@ Defect ModelReader::start(const XmlName& name, const XmlAttributes& attributes) 
     if (rule.parent != parent || !is_mf_core(name, rule.name)) continue;
     places_.push_back(rule.place);
     if (rule.place == Place::leaf) leaf_ = rule.name;
+    if (rule.place == Place::vertices || rule.place == Place::triangles) plain_rows_ = !name.has_prefix();
     if (rule.place == Place::skipped) skipped_ = rule.name;
     auto defect = rule.read == nullptr ? std::nullopt : (this->*rule.read)(attributes);
     return defect || attributes.prefixed().empty() ? defect : check_attributes(attributes, rule.name);
@@ -253,6 +261,29 @@ Defect ModelReader::start(const XmlName& name, const XmlAttributes& attributes) 
   auto defect = unknown(name, parent);
   if (parent != Place::skipped) skipped_ = name.written;
   return defect;
+}
+
+std::size_t ModelReader::find_taking(std::string_view text) const {
+  for (std::size_t tag = text.find('<'); tag != std::string_view::npos; tag = text.find('<', tag + 1)) {
+    const std::string_view rest = text.substr(tag);
+    if (rest.starts_with("<vertices") || rest.starts_with("<triangles")) return tag;
+  }
+  return std::string_view::npos;
+}
+
+// The rows as vertex() and triangle() read them.
+XmlTaken ModelReader::take(std::string_view text) {
+  if (places_.back() == Place::triangles) {
+    const std::size_t before = document_.triangles.size();
+    const XmlTaken taken =
+        take_mf_triangles(text, source_.limits.max_triangles, object_->vertices, document_.triangles);
+    object_->triangles += document_.triangles.size() - before;
+    return taken;
+  }
+  const std::size_t before = document_.positions.size();
+  const XmlTaken taken = take_mf_vertices(text, vertex_limit(source_), document_.positions);
+  object_->vertices += document_.positions.size() - before;
+  return taken;
 }
 
 Defect ModelReader::undeclared(const XmlName& name) {

@@ -188,11 +188,19 @@ bool is_plain(const char* name) {
   return *name == '\0';
 }
 
+// Returns true for the beginning of a document whose ASCII characters are one byte each; expat finds out UTF-16 by the
+// same bytes.
+bool begins_with_ascii(std::string_view text) {
+  text.remove_prefix(static_cast<std::size_t>(after_mark(text) - text.data()));
+  return text.size() > 1 && text[0] == '<' && text[1] != '\0';
+}
+
 class XmlReader {
  public:
   XmlReader(const Source& source, const std::string& name, XmlHandler& handler);
 
-  std::optional<Error> feed(std::string_view piece, bool is_last);
+  std::optional<Error> feed(std::string_view piece);
+  std::optional<Error> finish() { return parse({}, true); }
 
  private:
   struct Free {
@@ -210,6 +218,17 @@ class XmlReader {
       no_memory_ = true;  // the only exception thrown
     }
     if (defect_ || no_memory_) XML_StopParser(parser_.get(), XML_FALSE);
+  }
+
+  std::optional<Error> parse(std::string_view piece, bool is_last);
+  std::optional<Error> feed_tags(std::string_view& piece);
+  std::size_t next_stop(std::string_view tags) const;
+  void note_tag() { tag_end_ = byte_of(parser_.get()) + XML_GetCurrentByteCount(parser_.get()); }
+  bool is_behind_tag() const { return tag_end_ == fed_; }
+  // Bytes of a tag, a comment or the like whose end is not fed yet.
+  std::int64_t bytes_held() const {
+    const std::int64_t reached = byte_of(parser_.get());
+    return reached < 0 ? 0 : fed_ - reached;
   }
 
   std::optional<XmlDefect> start(const char* name, const char** attributes);
@@ -230,7 +249,11 @@ class XmlReader {
   const std::string& name_;
   XmlHandler& handler_;
   std::unique_ptr<std::remove_pointer_t<XML_Parser>, Free> parser_;
+  // Places in the bytes that expat gets. It gets all but those that the handler takes.
   std::int64_t fed_ = 0;
+  std::int64_t tag_end_ = -1;  // of the last tag
+  std::uint64_t taken_lines_ = 0;
+  bool has_ascii_ = false;  // false: in UTF-16
   int depth_ = 0;
   XmlNamespaces namespaces_;
   std::vector<XmlAttribute> prefixed_;  // of the current element
@@ -251,11 +274,13 @@ XmlReader::XmlReader(const Source& source, const std::string& name, XmlHandler& 
 
 void XmlReader::on_start(void* self, const char* name, const char** attributes) {
   XmlReader& reader = *static_cast<XmlReader*>(self);
+  reader.note_tag();
   reader.step([&] { return reader.start(name, attributes); });
 }
 
 void XmlReader::on_end(void* self, const char* /*name*/) {
   XmlReader& reader = *static_cast<XmlReader*>(self);
+  reader.note_tag();
   reader.step([&]() -> std::optional<XmlDefect> {
     reader.namespaces_.close(reader.depth_--);
     reader.handler_.end();
@@ -315,7 +340,7 @@ std::optional<XmlDefect> XmlReader::resolve(std::string_view written, bool is_el
 }
 
 Error XmlReader::here(ErrorCode code, const std::string& what) const {
-  const std::string line = ", line " + std::to_string(line_of(parser_.get()));
+  const std::string line = ", line " + std::to_string(line_of(parser_.get()) + taken_lines_);
   return at(source_, printable(name_, 100) + line, code, what);
 }
 
@@ -328,21 +353,56 @@ Error XmlReader::fault() const {
   return here(defect.code, defect.what);
 }
 
-std::optional<Error> XmlReader::feed(std::string_view piece, bool is_last) {
+std::optional<Error> XmlReader::feed(std::string_view piece) {
   if (fed_ == 0 && piece.starts_with(kEncrypted)) {
     return at(source_, printable(name_, 100), ErrorCode::unsupported_format,
               "encrypted by the secure content extension, which is not supported; save it without encryption");
   }
+  if (fed_ == 0) has_ascii_ = begins_with_ascii(piece);
+  if (has_ascii_) {
+    if (auto error = feed_tags(piece)) return error;
+  }
+  if (!piece.empty()) {
+    if (auto error = parse(piece, false)) return error;
+  }
+  if (bytes_held() > kLongestTag) return here(ErrorCode::too_large, "a tag or a comment of more than 1 MiB");
+  return std::nullopt;
+}
+
+// Gives tags to the handler that takes them and to expat, as far as they alternate, and removes them from `piece`.
+std::optional<Error> XmlReader::feed_tags(std::string_view& piece) {
+  for (std::size_t left = piece.rfind('>') + 1; left != 0;) {
+    if (is_behind_tag() && handler_.takes()) {
+      const XmlTaken taken = handler_.take(piece.substr(0, left));
+      taken_lines_ += taken.lines;
+      piece.remove_prefix(taken.bytes);
+      left -= taken.bytes;
+    }
+    const std::size_t stop = next_stop(piece.substr(0, left));
+    if (stop == 0) break;
+    if (auto error = parse(piece.substr(0, stop), false)) return error;
+    piece.remove_prefix(stop);
+    left -= stop;
+    if (!is_behind_tag()) break;  // in a comment, for example: each further stop could rescan it
+  }
+  return std::nullopt;
+}
+
+// Returns how many bytes of `tags`, which ends with '>', expat gets before the handler may take others. 0: there are
+// none such, or expat holds so much of a tag or a comment that it had better be rescanned only once.
+std::size_t XmlReader::next_stop(std::string_view tags) const {
+  constexpr std::int64_t kMostRescanned = 4096;
+  if (tags.empty() || bytes_held() > kMostRescanned) return 0;
+  const std::size_t tag = handler_.takes() ? 0 : handler_.find_taking(tags);
+  return tag == std::string_view::npos ? 0 : tags.find('>', tag) + 1;
+}
+
+std::optional<Error> XmlReader::parse(std::string_view piece, bool is_last) {
   fed_ += static_cast<std::int64_t>(piece.size());
   const XML_Status status = XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), is_last ? 1 : 0);
   if (no_memory_) return out_of_memory(source_.part);
   if (defect_) return here(defect_->code, defect_->what);
-  if (status != XML_STATUS_OK) return fault();
-  const std::int64_t reached = byte_of(parser_.get());
-  if (reached >= 0 && !is_last && fed_ - reached > kLongestTag) {
-    return here(ErrorCode::too_large, "a tag or a comment of more than 1 MiB");
-  }
-  return std::nullopt;
+  return status == XML_STATUS_OK ? std::nullopt : std::optional(fault());
 }
 
 }  // namespace
@@ -367,9 +427,9 @@ std::optional<XmlDefect> XmlHandler::undeclared(const XmlName& name) {
 
 Result<Done> read_xml(const Source& source, ZipArchive& archive, const std::string& name, XmlHandler& handler) {
   XmlReader reader(source, name, handler);
-  auto ok = archive.read(name, [&](std::string_view piece) { return reader.feed(piece, false); });
+  auto ok = archive.read(name, [&](std::string_view piece) { return reader.feed(piece); });
   if (!ok) return ok;
-  if (auto error = reader.feed({}, true)) return std::move(*error);
+  if (auto error = reader.finish()) return std::move(*error);
   return Done{};
 }
 

@@ -1,6 +1,6 @@
 // Reads XML from a zip archive element by element, by expat. Refuses a document type, and with it every entity except
 // the standard's five; opens nothing outside. Limits on nesting, the length of a tag, namespaces and the memory for
-// names bound time and memory by the document's size.
+// names bound time and memory by the document's size. A handler may take frequent elements before expat gets them.
 #pragma once
 
 #include <optional>
@@ -53,6 +53,12 @@ class XmlAttributes {
   const std::vector<XmlAttribute>& prefixed_;
 };
 
+// What XmlHandler::take() took.
+struct XmlTaken {
+  std::size_t bytes = 0;
+  std::size_t lines = 0;  // line ends in them
+};
+
 class XmlHandler {
  public:
   XmlHandler() = default;
@@ -71,6 +77,17 @@ class XmlHandler {
   // and end of an element.
   virtual bool wants_text() const { return false; }
   virtual void text(std::string_view /*piece*/) {}
+
+  // A handler may read the most frequent elements from their bytes, faster than by start() and end().
+  // Returns the place of the first tag in `text` behind which takes() may become true; npos: none. A wrong place costs
+  // time only.
+  virtual std::size_t find_taking(std::string_view /*text*/) const { return std::string_view::npos; }
+  // Returns true where take() may be called: behind a tag, without a need for text().
+  virtual bool takes() const { return false; }
+  // Called with bytes of the document that follow a tag, end with '>' and are ASCII where they look like it. Reads
+  // elements at their beginning just as start() and end() would, and stops before the first that is cut off or may not
+  // be valid XML; start() gets that one.
+  virtual XmlTaken take(std::string_view /*text*/) { return {}; }
 };
 
 // Reads the entry `name` of the archive to its end. Errors name the entry and the line.
