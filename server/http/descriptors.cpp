@@ -10,8 +10,8 @@
 namespace meshgauge::server {
 namespace {
 
-// Of `workers` and `queue`: four, the files of two uploads, open and mapped; and one for the quarter of places that
-// there may be beyond them (share.h).
+// For each of `workers` and `queue`: four, the files of two uploads, open and mapped; and one for the quarter of places
+// that there may be beyond them (share.h).
 constexpr std::uint64_t kOfEachPlace = 5;
 constexpr std::uint64_t kOfEachReader = 6;  // two channels and the files of its arrays, and a process that is ready
 constexpr std::uint64_t kOfStores = 100;    // their connections and files, the log, what listens
