@@ -44,14 +44,14 @@ Error with_remedy(Error error) {
 
 // Answers for a comparison that ended without a result. The worker stores its problem as JSON text; a job that was
 // cancelled in the queue, or that the store gave up, has none.
-void answer_stored(Exchange& exchange, const store::Job& row) {
+void answer_stored(Exchange& exchange, const store::Job& row, milliseconds retry_after) {
   if (row.problem.empty() && row.state == store::JobState::cancelled) {
     return answer(exchange, cancelled_early());
   }
   if (row.problem.empty()) return answer(exchange, Problem{ProblemKind::internal, "given up: " + row.last_error});
   const auto json = nlohmann::json::parse(row.problem, nullptr, false);
   if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed"});
-  answer(exchange, {json.value("status", 500), json.value("type", ""), row.problem}, std::chrono::seconds(1));
+  answer(exchange, {json.value("status", 500), json.value("type", ""), row.problem}, retry_after);
 }
 
 }  // namespace
@@ -88,8 +88,9 @@ void Comparisons::refuse(Exchange& exchange) const {
   if (draining_.load()) return answer(exchange, shutting_down());
   // One that repeats an Idempotency-Key needs no place.
   if (!exchange.idempotency_key.value.empty()) return;
-  if (jobs_.has_place(kind_of(exchange.preferences), client_of(exchange))) return;
-  answer(exchange, queue_full(), jobs_.expected_wait());
+  const Jobs::Kind kind = kind_of(exchange.preferences);
+  if (jobs_.has_place(kind, client_of(exchange))) return;
+  answer(exchange, queue_full(), jobs_.expected_wait(kind));
 }
 
 void Comparisons::create(Exchange& exchange) {
@@ -116,10 +117,11 @@ bool Comparisons::repeat_if_known(Exchange& exchange, const std::shared_ptr<Post
 }
 
 void Comparisons::admit(Exchange& exchange, const std::shared_ptr<Post>& post) {
-  auto slot = jobs_.admit(kind_of(exchange.preferences), post->submission.client);
+  const Jobs::Kind kind = kind_of(exchange.preferences);
+  auto slot = jobs_.admit(kind, post->submission.client);
   if (!slot) {
     if (repeat_if_known(exchange, post)) return;
-    return answer(exchange, queue_full(), jobs_.expected_wait());
+    return answer(exchange, queue_full(), jobs_.expected_wait(kind));
   }
   auto counted = access_.take_job(exchange.owner);
   if (const auto* denial = std::get_if<Denial>(&counted)) {
@@ -154,10 +156,16 @@ void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, c
 void Comparisons::receive(Exchange& exchange, const std::shared_ptr<Post>& post) {
   const std::shared_ptr<ComparisonBody> body(post, &post->body);
   ComparisonBody::receive(body, exchange, [this, &exchange, post](const Refusal& lost) {
-    if (lost) return answer(exchange, *lost);
+    if (lost) return refuse_body(exchange, *lost);
     if (const auto refusal = parse(exchange, *post)) return answer(exchange, *refusal);
     submit(exchange, *post);
   });
+}
+
+// The bytes of all uploads become free as the queue does.
+void Comparisons::refuse_body(Exchange& exchange, const Problem& problem) const {
+  const bool full = problem.kind == ProblemKind::overloaded;
+  answer(exchange, problem, full ? jobs_.expected_wait(kind_of(exchange.preferences)) : std::chrono::seconds(1));
 }
 
 Comparisons::Refusal Comparisons::parse(Exchange& exchange, Post& post) {
@@ -284,7 +292,9 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& t
   }
   exchange.stages = job.stages;
   exchange.triangles = job.triangles;
-  if (job.row.document.empty()) return answer_stored(exchange, job.row);
+  if (job.row.document.empty()) {
+    return answer_stored(exchange, job.row, jobs_.expected_wait(kind_of(exchange.preferences)));
+  }
   answer_with(exchange, result_json(job.row));
   if (!job.timing.empty()) exchange.response.headers.emplace_back("Server-Timing", job.timing);
 }

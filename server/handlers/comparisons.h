@@ -51,6 +51,7 @@ class Comparisons {
   using Refusal = std::optional<api::Problem>;
 
   void receive(Exchange& exchange, const std::shared_ptr<Post>& post);
+  void refuse_body(Exchange& exchange, const api::Problem& problem) const;
   Refusal parse(Exchange& exchange, Post& post);
   static void take_form(Post& post);
   Refusal parse_ids(const std::string& owner, Post& post);

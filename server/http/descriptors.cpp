@@ -10,7 +10,9 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::uint64_t kOfEachPlace = 4;   // of `workers` and `queue`: the files of two uploads, open and mapped
+// For each of `workers` and `queue`: four, the files of two uploads, open and mapped; and one for the quarter of places
+// that there may be beyond them (share.h).
+constexpr std::uint64_t kOfEachPlace = 5;
 constexpr std::uint64_t kOfEachReader = 6;  // two channels and the files of its arrays, and a process that is ready
 constexpr std::uint64_t kOfStores = 100;    // their connections and files, the log, what listens
 constexpr std::uint64_t kLeastConnections = 64;

@@ -163,8 +163,10 @@ Scheduler::Figures Jobs::figures() const {
 
 std::size_t Jobs::waiting() const { return scheduler_.figures().waiting + (worker_ ? watcher_.queued() : 0); }
 
-milliseconds Jobs::expected_wait() const {
-  return queue_ ? queue_->expected_wait() : scheduler_.expected_wait(watcher_.queued());
+// An awaited job waits for those that a thread of this process runs; a durable one for those in the store, too.
+milliseconds Jobs::expected_wait(Kind kind) const {
+  if (queue_) return queue_->expected_wait();
+  return scheduler_.expected_wait(kind == Kind::durable ? watcher_.queued() : 0);
 }
 
 std::shared_ptr<LiveJob> Jobs::job_of(Submission submission) const {

@@ -64,9 +64,10 @@ class Jobs final : private Watcher::Listener {
 
   // An error: the store does not answer, so no comparison can be accepted. Never blocks.
   Result<Done> available() const { return queue_ ? queue_->available() : Done{}; }
-  // nullopt: the queue is full, or the client has its share of it.
+  // nullopt: the queue is full, and the client has its share of it (share.h).
   std::optional<Scheduler::Slot> admit(Kind kind, const std::string& client);
-  bool has_place(Kind kind, const std::string& client) const;  // whether admit() would succeed now
+  bool has_place(Kind kind, const std::string& client) const;                     // whether admit() would succeed now
+  bool has_place_for_new_client(Kind kind) const { return has_place(kind, ""); }  // one that has no place yet
   Submitted submit(Scheduler::Slot slot, Submission submission);
   // Whether a stored comparison has the submission's idempotency key.
   Result<bool> repeats(const Submission& submission);
@@ -104,9 +105,9 @@ class Jobs final : private Watcher::Listener {
   bool draining() const { return draining_.load(); }
   bool stopping() const { return stopping_.load(); }
 
-  Scheduler::Figures figures() const;  // distributed form: counts durable jobs of all front ends
-  std::size_t waiting() const;         // jobs that wait for a thread of this process
-  std::chrono::milliseconds expected_wait() const;
+  Scheduler::Figures figures() const;                        // distributed form: counts durable jobs of all front ends
+  std::size_t waiting() const;                               // jobs that wait for a thread of this process
+  std::chrono::milliseconds expected_wait(Kind kind) const;  // of a new job
   const StoreQueue* store_queue() const { return queue_ ? &*queue_ : nullptr; }  // null: the embedded form
 
   // Begins no further stored job. Running jobs go on.

@@ -11,7 +11,16 @@ constexpr std::chrono::seconds kAnswerTime{5};   // without an answer for longer
 constexpr std::chrono::minutes kLongestWait{1};  // the longest estimate
 constexpr double kShareOfTheLastReading = 0.2;
 
+std::uint64_t ended(const store::Counts& of) { return of.done + of.failed + of.cancelled; }
+
 }  // namespace
+
+void EndRate::learn(const store::Counts& before, const store::Counts& now, double seconds) {
+  if (before.queued == 0 || now.queued == 0 || ended(now) < ended(before) || seconds <= 0) return;
+  ++readings_;
+  const double rate = static_cast<double>(ended(now) - ended(before)) / seconds;
+  per_second_ += std::max(kShareOfTheLastReading, 1 / static_cast<double>(readings_)) * (rate - per_second_);
+}
 
 StoreQueue::StoreQueue(store::JobStore& jobs, StoreErrors& store_errors) : jobs_(jobs), store_errors_(store_errors) {
   poll();
@@ -35,14 +44,8 @@ void StoreQueue::poll() {
   added_ -= before;  // jobs that were added meanwhile may count twice, until the next read
 }
 
-// Sweeps reduce the number of ended jobs: such a second is ignored.
 void StoreQueue::learn(const store::Counts& counts, Clock::time_point now) {
-  const auto ended = [](const store::Counts& of) { return of.done + of.failed + of.cancelled; };
-  const double seconds = std::chrono::duration<double>(now - answered_).count();
-  if (seconds > 0 && ended(counts) >= ended(counts_)) {
-    const double rate = static_cast<double>(ended(counts) - ended(counts_)) / seconds;
-    ended_per_second_ += kShareOfTheLastReading * (rate - ended_per_second_);
-  }
+  ends_.learn(counts_, counts, std::chrono::duration<double>(now - answered_).count());
   counts_ = counts;
   answered_ = now;
 }
@@ -82,8 +85,9 @@ double StoreQueue::oldest_waiting_seconds() const {
 
 milliseconds StoreQueue::expected_wait() const {
   const std::lock_guard lock(mutex_);
-  if (counts_.queued == 0) return milliseconds(0);
-  const double seconds = static_cast<double>(counts_.queued) / std::max(ended_per_second_, 1e-3);
+  const auto rate = ends_.per_second();
+  if (counts_.queued == 0 || !rate) return milliseconds(0);
+  const double seconds = static_cast<double>(counts_.queued) / std::max(*rate, 1e-3);
   return std::min(milliseconds(kLongestWait), milliseconds(static_cast<std::int64_t>(seconds * 1000)));
 }
 

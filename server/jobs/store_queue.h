@@ -11,6 +11,21 @@
 
 namespace meshgauge::server {
 
+// Measures how many jobs of a queue end in a second while jobs wait: what its workers can do, not what is asked of
+// them.
+class EndRate {
+ public:
+  // Takes two readings of the counts, the second so many seconds after the first. Ignores them if no job waited at one
+  // of them, or if a sweep has reduced the number of ended jobs.
+  void learn(const store::Counts& before, const store::Counts& now, double seconds);
+  // nullopt: no jobs have waited yet.
+  std::optional<double> per_second() const { return readings_ > 0 ? std::optional(per_second_) : std::nullopt; }
+
+ private:
+  double per_second_ = 0;  // mean of the first readings; then their exponential mean
+  std::uint64_t readings_ = 0;
+};
+
 class StoreQueue {
  public:
   using Clock = std::chrono::steady_clock;
@@ -27,7 +42,8 @@ class StoreQueue {
   void added();                     // this process has inserted such a job
   double oldest_waiting_seconds() const;
 
-  // Estimates how long a new job would wait, by the number of jobs that end in a second.
+  // Estimates how long a new job would wait, by the number of jobs that wait and the rate at which they end; a minute
+  // at most. 0: no job waits, or the rate is not known yet.
   std::chrono::milliseconds expected_wait() const;
 
  private:
@@ -41,7 +57,7 @@ class StoreQueue {
   std::optional<Error> error_;
   Clock::time_point answered_ = Clock::now();
   std::uint64_t added_ = 0;
-  double ended_per_second_ = 0;
+  EndRate ends_;
   std::optional<EachSecond> polling_;  // the last member: it uses the others
 };
 

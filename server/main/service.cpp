@@ -158,9 +158,8 @@ void Service::watch_levels() {
 void Service::check_ready(Exchange& exchange) {
   Readiness::Defects now;
   if (!listening() || comparisons_.refusing()) now.emplace_back("service", "the service is shutting down");
-  const auto figures = jobs_.figures();
-  if (figures.awaited_slots >= settings_.workers + settings_.queue) now.emplace_back("queue", "the queue is full");
-  if (figures.durable_slots >= settings_.max_queued_jobs) {
+  if (!jobs_.has_place_for_new_client(Jobs::Kind::awaited)) now.emplace_back("queue", "the queue is full");
+  if (!jobs_.has_place_for_new_client(Jobs::Kind::durable)) {
     now.emplace_back("queue", "the queue of durable comparisons is full");
   }
   readiness_.answer(exchange, std::move(now));

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "server/base/heap.h"
-#include "server/base/share.h"
 #include "server/settings/settings.h"
 
 namespace meshgauge::server {
@@ -47,39 +46,51 @@ void Scheduler::tell_end() {
   ready_.notify_all();
 }
 
-void Scheduler::Slots::take(const std::string& client) {
-  ++of[client];
-  ++taken;
+NextPlace Scheduler::Slots::next(const std::string& client) const {
+  const auto found = of.find(client);
+  return next_place(found == of.end() ? TakenPlaces{} : found->second, taken, limit);
+}
+
+void Scheduler::Slots::take(const std::string& client, NextPlace place) {
+  TakenPlaces& own = of[client];
+  const bool within = place == NextPlace::within_share;
+  ++(within ? own.within : own.beyond);
+  ++(within ? taken.within : taken.beyond);
 }
 
 void Scheduler::Slots::give(const std::string& client) {
-  --taken;
   const auto found = of.find(client);
-  if (--found->second == 0) of.erase(found);
-}
-
-bool Scheduler::Slots::has_place(const std::string& client) const {
-  const auto found = of.find(client);
-  const std::size_t own = found == of.end() ? 0 : found->second;
-  return taken < limit && within_share(own, limit - taken);
+  TakenPlaces& own = found->second;
+  const bool within = own.within > 0;
+  --(within ? own.within : own.beyond);
+  --(within ? taken.within : taken.beyond);
+  if (own.all() == 0) {
+    of.erase(found);
+    return;
+  }
+  for (; own.beyond > 0 && next(client) == NextPlace::within_share; --own.beyond, --taken.beyond) {
+    ++own.within;
+    ++taken.within;
+  }
 }
 
 std::optional<Scheduler::Slot> Scheduler::admit(Kind kind, const std::string& client) {
   const std::lock_guard lock(mutex_);
   Slots& places = slots(kind);
-  if (!places.has_place(client)) return std::nullopt;
-  places.take(client);
+  const NextPlace place = places.next(client);
+  if (place == NextPlace::none) return std::nullopt;
+  places.take(client, place);
   return Slot(this, kind, client);
 }
 
 bool Scheduler::has_place(Kind kind, const std::string& client) const {
   const std::lock_guard lock(mutex_);
-  return (kind == Kind::awaited ? awaited_ : durable_).has_place(client);
+  return (kind == Kind::awaited ? awaited_ : durable_).next(client) != NextPlace::none;
 }
 
 Scheduler::Slot Scheduler::admit_again(const std::string& client) {
   const std::lock_guard lock(mutex_);
-  durable_.take(client);
+  durable_.take(client, durable_.next(client));  // where there is no place, one beyond its share
   return {this, Kind::durable, client};
 }
 
@@ -112,18 +123,30 @@ void Scheduler::cancel_all() {
   const std::lock_guard lock(mutex_);
   cancelled_ = true;
   for (const Entry& entry : waiting_) entry.task.control->cancel();
-  for (Control* control : running_) control->cancel();
+  for (const Running& job : running_) job.control->cancel();
 }
 
 Scheduler::Figures Scheduler::figures() const {
   const std::lock_guard lock(mutex_);
-  return {waiting_.size(), running_.size(), awaited_.taken, durable_.taken};
+  return {waiting_.size(), running_.size(), awaited_.taken.all(), durable_.taken.all()};
 }
 
 std::chrono::milliseconds Scheduler::expected_wait(std::size_t elsewhere) const {
   const std::lock_guard lock(mutex_);
   const double before = static_cast<double>(waiting_.size() + elsewhere) + 1;
-  return milliseconds(static_cast<std::int64_t>(mean_ms_ * before / static_cast<double>(limits_.workers)));
+  return milliseconds(static_cast<std::int64_t>(time_of_job_ms() * before / static_cast<double>(limits_.workers)));
+}
+
+double Scheduler::time_of_job_ms() const {
+  double until_now = 0;
+  for (const Running& job : running_) until_now += ms_since(job.since) / static_cast<double>(running_.size());
+  return std::max(mean_ms_, until_now);
+}
+
+// The first job's time counts fully: a mean that began at 0 would be too short for long.
+void Scheduler::ran_for(double ms) {
+  ++ended_;
+  mean_ms_ += std::max(kShareOfTheLast, 1 / static_cast<double>(ended_)) * (ms - mean_ms_);
 }
 
 std::size_t Scheduler::running_of(const std::string& client) const {
@@ -160,14 +183,14 @@ void Scheduler::work() {
     {
       Entry entry = take(found);
       Control* const control = entry.task.control.get();
-      running_.push_back(control);
+      const auto start = Clock::now();
+      running_.push_back({control, start});
       ++running_of_[entry.task.client];
       lock.unlock();
-      const auto start = Clock::now();
       entry.task.work(std::move(entry.slot));
       lock.lock();
-      mean_ms_ += kShareOfTheLast * (ms_since(start) - mean_ms_);
-      std::erase(running_, control);
+      ran_for(ms_since(start));
+      std::erase_if(running_, [control](const Running& job) { return job.control == control; });
       if (--running_of_[entry.task.client] == 0) running_of_.erase(entry.task.client);
       if (ending_) ready_.notify_all();
       lock.unlock();  // the job's files and memory are freed without blocking other threads

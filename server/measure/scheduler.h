@@ -2,7 +2,8 @@
 //
 // A slot is taken before a request's body is read and held until its job has run, so that every accepted request is
 // served. There are two kinds of slots, each with its limit: for clients that wait, and for durable jobs. A client
-// never gets all slots of a kind (share.h).
+// alone may take all slots of a kind. Others then still find slots within their shares, a quarter above the limit at
+// most (share.h).
 //
 // Beside the workers there are kGuests threads for clients that have no job running: the jobs of one client, however
 // many and hard, do not keep another's first one waiting. The processors are then shared by the operating system.
@@ -12,7 +13,7 @@
 // Order. The client with the fewest running jobs is next; of its jobs the one with the earliest turn. A turn is the
 // time of the submission plus the expected cost of the job's bytes, at most kMostHandicap and a quarter of its timeout.
 // So a small job overtakes large ones that came shortly before it, and no job is overtaken by one that comes more than
-// kMostHandicap later.
+// kMostHandicap later. What a client has beyond its share is the last of its jobs and waits while others come.
 #pragma once
 
 #include <condition_variable>
@@ -27,6 +28,7 @@
 #include <vector>
 
 #include "engine/control.h"
+#include "server/base/share.h"
 #include "server/base/threads.h"
 
 namespace meshgauge::server {
@@ -85,7 +87,7 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  std::optional<Slot> admit(Kind kind, const std::string& client);  // nullopt: all are taken, or the client's share
+  std::optional<Slot> admit(Kind kind, const std::string& client);  // nullopt: next_place() is none
   bool has_place(Kind kind, const std::string& client) const;       // whether admit() would succeed now
   Slot admit_again(const std::string& client);               // for a durable job from before a restart: always succeeds
   Slot uncounted() { return {nullptr, Kind::durable, ""}; }  // for a job that is counted elsewhere
@@ -96,7 +98,9 @@ class Scheduler {
   void end() { workers_.end(); }
 
   Figures figures() const;
-  // Estimates how long a new job would wait, by the time that the last ones took. `elsewhere`: further jobs before it.
+  // Estimates how long a new job would wait: the time of a job by the number of jobs before it, per worker. The time of
+  // a job is the mean of the last ones, or what the running ones have taken so far if that is more. `elsewhere`:
+  // further jobs before it.
   std::chrono::milliseconds expected_wait(std::size_t elsewhere = 0) const;
 
  private:
@@ -108,12 +112,17 @@ class Scheduler {
 
   struct Slots {
     std::size_t limit = 0;
-    std::size_t taken = 0;
-    std::map<std::string, std::size_t> of;  // by client; no zeros
+    TakenPlaces taken{};
+    std::map<std::string, TakenPlaces> of{};  // by client; none without places
 
-    bool has_place(const std::string& client) const;
-    void take(const std::string& client);
+    NextPlace next(const std::string& client) const;
+    void take(const std::string& client, NextPlace place);
     void give(const std::string& client);
+  };
+
+  struct Running {
+    Control* control;
+    Clock::time_point since;
   };
 
   using Waiting = std::list<Entry>;
@@ -123,6 +132,8 @@ class Scheduler {
   Waiting::iterator next();
   Entry take(Waiting::iterator next);
   std::size_t running_of(const std::string& client) const;
+  double time_of_job_ms() const;
+  void ran_for(double ms);
   void release(Kind kind, const std::string& client);
   Slots& slots(Kind kind) { return kind == Kind::awaited ? awaited_ : durable_; }
 
@@ -133,8 +144,9 @@ class Scheduler {
   Slots durable_;
   Waiting waiting_;
   std::map<std::string, std::size_t> running_of_;  // by client; no zeros
-  std::vector<Control*> running_;
-  double mean_ms_ = 0;  // exponential mean of the time of a job
+  std::vector<Running> running_;
+  double mean_ms_ = 0;  // of the first jobs' times; then their exponential mean
+  std::uint64_t ended_ = 0;
   bool cancelled_ = false;
   bool ending_ = false;
   Threads workers_;

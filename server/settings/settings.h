@@ -96,9 +96,13 @@ void for_each_setting(SomeSettings& s, Visit visit) {
          "Host names that requests without keys may be sent to, beside localhost and addresses, separated by commas"},
         s.allowed_hosts);
   visit({"workers", "Maximum number of comparisons running at the same time; 0: one per processor"}, s.workers);
-  visit({"queue", "Maximum number of comparisons uploading or waiting beside the running ones; beyond it: 503"},
+  visit({"queue",
+         "Maximum number of comparisons of one client uploading or waiting beside the running ones, and of all clients "
+         "a quarter more; beyond it: 503"},
         s.queue);
-  visit({"max_queued_jobs", "Maximum number of durable comparisons queued or running, batches apart; beyond it: 503"},
+  visit({"max_queued_jobs",
+         "Maximum number of durable comparisons queued or running, batches apart, and without a database a quarter "
+         "more while several clients have some; beyond it: 503"},
         s.max_queued_jobs);
   visit({"max_event_streams",
          "Maximum number of connections following events or waiting with Prefer: wait, half of them of one client "

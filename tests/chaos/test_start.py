@@ -95,7 +95,7 @@ class Limits(Case):
         start = Start(self.folder, "--queue", "4", "--parsers", "2", limits=[(resource.RLIMIT_NOFILE, 220)])
         self.check(start)
         self.assertTrue(start.running, start.text)
-        self.assertIn("at most 84 connections, fewer than three quarters of the limit", start.text)
+        self.assertIn("at most 78 connections, fewer than three quarters of the limit", start.text)
 
     def test_sizes_of_files(self):
         for most in (0, 4096, 100_000):

@@ -275,7 +275,7 @@ class Queue(unittest.TestCase):
         body = comparison(options=SLOW_OPTIONS)
         for _ in range(3):
             with contextlib.ExitStack() as stack:
-                for i in range(5):  # one address alone does not get all places
+                for i in range(5):  # beside one address alone, others would still find places: it would be ready
                     stack.enter_context(self.server.connect(60, "127.0.0.%d" % (2 + i % 2))).sendall(post_head(len(body)) + body)
                 until(lambda: self.server.get("/readyz").status == 503)
             until(lambda: self.server.get("/readyz").status == 200)

@@ -9,7 +9,7 @@ TEST_CASE("descriptors: connections get three quarters, less where the settings 
   settings.workers = 2;
   settings.parsers = 3;
   const DescriptorPlan usual = planned(settings, 1024);
-  CHECK(usual.needed == 4 * (2 + 16) + 6 * 3 + 100);
+  CHECK(usual.needed == 5 * (2 + 16) + 6 * 3 + 100);
   CHECK(usual.connections == 768);
   CHECK(planned(settings, 10'000'000).connections == 100'000);
   CHECK(planned(settings, 400).connections == 400 - usual.needed);

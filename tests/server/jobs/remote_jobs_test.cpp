@@ -134,7 +134,7 @@ TEST_CASE("front ends: each counts its waiting clients, all together count durab
   REQUIRE(eventually([&] { return other.jobs->store_queue()->counts().queued == 3; }));
   std::vector<Scheduler::Slot> slots;
   for (int i = 0; i < 4; ++i) {
-    auto slot = other.jobs->admit(Jobs::Kind::awaited, std::to_string(i));  // one client gets three of them
+    auto slot = other.jobs->admit(Jobs::Kind::awaited, std::to_string(i));  // the share of one is three of them
     REQUIRE(slot.has_value());
     slots.push_back(std::move(*slot));
   }

@@ -177,6 +177,34 @@ TEST_CASE("service: health is answered while every worker is busy") {
   CHECK(busy.get() == 200);
 }
 
+TEST_CASE("service: one client has all places, Retry-After is what they need, and others are still served") {
+  Stub stub;
+  Settings settings = small();
+  settings.queue = 3;
+  KeptStores kept;
+  Service service(settings, stub, kept.stores());
+  const int port = service.start().value();
+  httplib::Client client("127.0.0.1", port);
+  std::vector<std::future<int>> answers;
+  for (int i = 0; i < 4; ++i) answers.push_back(std::async(std::launch::async, [port] { return post(port)->status; }));
+  REQUIRE(eventually(
+      [&] { return client.Get("/metrics")->body.find("\nmeshgauge_queue_depth 3\n") != std::string::npos; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(550));
+  const auto refused = post(port);
+  CHECK(refused->status == 503);
+  CHECK(std::stoi(refused->get_header_value("Retry-After")) >= 3);  // 0.55 s for each of four, rounded up
+  CHECK(client.Get("/readyz")->status == 200);
+  answers.push_back(std::async(std::launch::async, [port] {
+    httplib::Client other("127.0.0.1", port);
+    other.set_interface("127.0.0.2");
+    return other.Post("/v1/comparisons", form())->status;
+  }));
+  REQUIRE(eventually([&] { return stub.running == 2; }));
+  CHECK(client.Get("/readyz")->status == 503);
+  stub.released = true;
+  for (auto& answer : answers) CHECK(answer.get() == 200);
+}
+
 TEST_CASE("service: a client that disconnects cancels its job") {
   Stub stub;
   KeptStores kept;
