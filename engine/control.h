@@ -24,19 +24,23 @@ enum class Interruption { none, timeout, cancelled };
 using Interrupted = std::function<bool()>;
 inline bool never_interrupted() { return false; }
 
-// One object for each job. cancel() and cancelled() may be called on any thread, check() on the job's threads,
-// everything else only on the thread that runs the job.
+// One object for each job, and for each part of a job that can be stopped alone. cancel() and cancelled() may be called
+// on any thread, check() on the job's threads, everything else only on the thread that runs the job.
 class Control {
  public:
   using Clock = std::chrono::steady_clock;
 
   Control() = default;
   explicit Control(Clock::time_point deadline) : deadline_(deadline) {}
+  // Controls a part of `job`, which it borrows: the part stops with the job, and cancel() stops the part alone.
+  explicit Control(Control* job) : job_(job) {}
   Control(const Control&) = delete;
   Control& operator=(const Control&) = delete;
 
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
-  bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
+  bool cancelled() const noexcept {
+    return cancelled_.load(std::memory_order_relaxed) || (job_ != nullptr && job_->cancelled());
+  }
   void set_deadline(std::optional<Clock::time_point> deadline) { deadline_ = deadline; }
   std::optional<Clock::time_point> deadline() const { return deadline_; }
 
@@ -63,7 +67,7 @@ class Control {
     const std::uint64_t count = checks_.fetch_add(1, std::memory_order_relaxed) + 1;
     if (count >= cancel_at_ || cancelled()) return Interruption::cancelled;
     if (deadline_ && Clock::now() >= *deadline_) return Interruption::timeout;
-    return Interruption::none;
+    return job_ != nullptr ? job_->check() : Interruption::none;
   }
 
   // Whether a callback is set and its interval has passed since the last report.
@@ -83,6 +87,7 @@ class Control {
   std::function<void(const Progress&)> callback_;
   std::chrono::milliseconds interval_{100};
   Clock::time_point next_report_{};
+  Control* const job_ = nullptr;  // null: this is the whole job
 };
 
 // Milliseconds of wall time since `start`.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
-#include <future>
+#include <cstring>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -80,11 +80,8 @@ Result<api::SharedMesh> read(const meshgauge_mesh& mesh, const std::string& part
   return prepared_arrays(mesh, part, control);
 }
 
-Result<api::SharedMesh> read_timed(const meshgauge_mesh& mesh, const std::string& part, Control& control, double& ms) {
-  const auto start = Control::Clock::now();
-  auto read_mesh = read(mesh, part, control);
-  ms = ms_since(start);
-  return read_mesh;
+api::MeshReader reader(const meshgauge_mesh& mesh, const std::string& part) {
+  return api::reader_here([&mesh, part](Control& control) { return read(mesh, part, control); });
 }
 
 struct AtVertices {
@@ -117,22 +114,15 @@ Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& 
     request->options.threads = std::min(api::processors(), most);
   }
   control.set_deadline(Control::Clock::now() + request->timeout);
-  const auto start = Control::Clock::now();
   api::StageTimes times;
-  // With both, the library reads later on this thread if the system has no other one.
-  constexpr auto kAtOnce = std::launch::async | std::launch::deferred;
-  const auto policy = request->options.threads > 1 ? kAtOnce : std::launch::deferred;
-  auto reading_b = std::async(policy, [&] { return read_timed(b, "b", control, times.read_b); });
-  const auto read_a = read_timed(a, "a", control, times.read_a);
-  if (!read_a) return read_a.error();
-  const auto read_b = reading_b.get();
-  if (!read_b) return read_b.error();
-  auto comparison = api::compare(*read_a, *read_b, request->options, control, times);
-  if (!comparison) return comparison;
-  comparison->times.total = ms_since(start);  // less than the sum of the stages: both were read at once
-  if (!at_vertices) return comparison;
+  const bool is_same = a.path && b.path && std::strcmp(a.path, b.path) == 0;
+  const auto meshes =
+      api::read_both(reader(a, "a"), is_same ? nullptr : reader(b, "b"), request->options.threads, control, times);
+  if (!meshes) return meshes.error();
+  auto comparison = api::compare(meshes->a, meshes->b, request->options, control, times);
+  if (!comparison || !at_vertices) return comparison;
   control.set_deadline(Control::Clock::now() + request->timeout);
-  const auto ok = measure_vertices({*read_a, *read_b}, *comparison, control, *at_vertices);
+  const auto ok = measure_vertices(*meshes, *comparison, control, *at_vertices);
   return ok ? std::move(comparison) : ok.error();
 }
 

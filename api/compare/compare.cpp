@@ -15,16 +15,63 @@
 #include "api/base/refused.h"
 #include "api/formats/file/source.h"
 #include "api/options/gate.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge::api {
 namespace {
 
-Result<SharedMesh> read(const MeshInput& input, const ReadLimits& limits, Control& control, double& ms) {
-  const auto start = Control::Clock::now();
+Result<SharedMesh> read(const MeshInput& input, const ReadLimits& limits, Control& control) {
   if (auto ok = in_time(control, "'" + input.part + "' was read"); !ok) return ok.error();
-  auto mesh = prepare(load(input, limits), input, Prepared::Use::once, control);
-  ms = ms_since(start);
-  return mesh;
+  return prepare(load(input, limits), input, Prepared::Use::once, control);
+}
+
+bool is_same(const MeshInput& a, const MeshInput& b) {
+  return a.part == b.part && a.filename == b.filename && a.media_type == b.media_type &&
+         std::ranges::equal(a.bytes, b.bytes);
+}
+
+// As `read`, with nullopt in place of its std::bad_alloc.
+std::optional<Result<SharedMesh>> read_beside(const MeshReader& read, Control& control) try {
+  return read(true, control);
+} catch (const std::bad_alloc&) {
+  return std::nullopt;
+}
+
+// Stops the reader of b unless a was read.
+struct Stop {
+  ~Stop() {
+    if (!a || !a->ok()) control_b.cancel();
+  }
+  Control& control_b;
+  const std::optional<Result<SharedMesh>>& a;
+};
+
+struct Beside {
+  std::optional<Result<SharedMesh>> a, b;  // nullopt: still to be read
+};
+
+// Reads b on one of two threads if the system has another one, else after a.
+Beside read_side_by_side(const MeshReader& read_a, const MeshReader& read_b, Control& control, StageTimes& times) {
+  const auto start = Control::Clock::now();
+  Beside both;
+  Control control_b(&control);
+  std::exception_ptr thrown_by_b;
+  ThreadPool(2).run(2, [&](std::size_t, std::size_t mesh) {
+    if (mesh == 0) {
+      const Stop stop_b{control_b, both.a};
+      both.a = read_beside(read_a, control);
+      times.read_a = ms_since(start);
+    } else if (!control_b.cancelled()) {
+      try {
+        both.b = read_beside(read_b, control_b);
+      } catch (...) {
+        thrown_by_b = std::current_exception();
+      }
+    }
+  });
+  if (!both.a) both.b.reset();
+  if (both.a && both.a->ok() && thrown_by_b) std::rethrow_exception(thrown_by_b);
+  return both;
 }
 
 // One mesh of a comparison and its name in messages.
@@ -198,6 +245,31 @@ Result<Comparison> guarded(const Run& run) try {
 
 }  // namespace
 
+MeshReader reader_here(std::function<Result<SharedMesh>(Control&)> read) {
+  return [read = std::move(read)](bool beside, Control& control) -> std::optional<Result<SharedMesh>> {
+    auto mesh = read(control);
+    if (beside && !mesh && mesh.error().message == out_of_memory(mesh.error().part).message) return std::nullopt;
+    return mesh;
+  };
+}
+
+Result<SharedMeshes> read_both(const MeshReader& read_a, const MeshReader& read_b, unsigned threads, Control& control,
+                               StageTimes& times) {
+  const auto start = Control::Clock::now();
+  Beside both;
+  if (read_b && reads_side_by_side(threads)) both = read_side_by_side(read_a, read_b, control, times);
+  if (!both.a) {
+    both.a = read_a(false, control);
+    times.read_a = ms_since(start);
+  }
+  if (!both.a->ok()) return std::move(*both.a).error();
+  if (!read_b) return SharedMeshes{**both.a, **both.a};
+  if (!both.b) both.b = read_b(false, control);
+  if (!both.b->ok()) return std::move(*both.b).error();
+  times.read_b = ms_since(start) - times.read_a;
+  return SharedMeshes{**both.a, **both.b};
+}
+
 Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const ComparisonOptions& options, Control& control,
                            const StageTimes& so_far) {
   return guarded([&] { return measured({a, "a"}, {b, "b"}, options, control, so_far); });
@@ -206,13 +278,14 @@ Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const Compa
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
                            const ReadLimits& limits, Control& control, SharedMeshes* meshes) {
   return guarded([&]() -> Result<Comparison> {
+    const auto reader = [&](const MeshInput& input) {
+      return reader_here([&](Control& reading) { return read(input, limits, reading); });
+    };
     StageTimes times;
-    const auto read_a = read(a, limits, control, times.read_a);
-    if (!read_a) return read_a.error();
-    const auto read_b = read(b, limits, control, times.read_b);
-    if (!read_b) return read_b.error();
-    if (meshes != nullptr) *meshes = {*read_a, *read_b};
-    return measured({*read_a, a.part}, {*read_b, b.part}, options, control, times);
+    const auto both = read_both(reader(a), is_same(a, b) ? nullptr : reader(b), options.threads, control, times);
+    if (!both) return both.error();
+    if (meshes != nullptr) *meshes = *both;
+    return measured({both->a, a.part}, {both->b, b.part}, options, control, times);
   });
 }
 

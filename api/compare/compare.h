@@ -1,11 +1,12 @@
-// The whole path of one comparison, without sockets or threads, from the bytes of two files to the outcome. HTTP and
-// the command line both call it, so that they give the same JSON.
+// The whole path of one comparison, without sockets, from the bytes of two files to the outcome. HTTP and the command
+// line both call it, so that they give the same JSON.
 //
-//   load x2 (api/compare/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/compare/unit_plan.h) -> align,
-//   move (api/compare/align.h) -> measure -> Comparison
+//   read_both {load (api/compare/load.h: read_mesh, weld, digest) -> prepare} -> one unit (api/compare/unit_plan.h) ->
+//   align, move (api/compare/align.h) -> measure -> Comparison
 //   (-> document_of, api/result/response.h)
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,8 +27,8 @@ namespace meshgauge::api {
 
 struct StageTimes {  // milliseconds of wall time; the engine's own stages are in Outcome::timings
   double queue = 0;
-  double read_a = 0;
-  double read_b = 0;
+  double read_a = 0;  // until a was read
+  double read_b = 0;  // from then until b was read; so stages add up, also when both files are read side by side
   double total = 0;
   double align = 0;  // only with ComparisonOptions::align
 };
@@ -58,8 +59,27 @@ struct SharedMeshes {
   SharedMesh b;
 };
 
-// Reads and prepares both files in this process, then compares them. `meshes`, unless null, receives what was read; it
-// may borrow the files. Errors also: the input is refused, or out_of_time while reading.
+// Whether a comparison with so many threads reads its two files side by side.
+constexpr bool reads_side_by_side(unsigned threads) { return threads > 1; }
+
+// Reads one mesh, and stops when `control` says so. `beside`: the other mesh may be read at the same time. nullopt: for
+// want of memory, or of another means, that the reading alone may have; only with `beside`. std::bad_alloc says the
+// same.
+using MeshReader = std::function<std::optional<Result<SharedMesh>>(bool beside, Control& control)>;
+
+// Returns a MeshReader for files that this process reads. `read` reads the mesh.
+MeshReader reader_here(std::function<Result<SharedMesh>(Control&)> read);
+
+// Reads both meshes: side by side if reads_side_by_side(threads), else b after a. Meshes and Errors are the same either
+// way: that of a, else that of b. A mesh that cannot be read beside the other is read again alone. A refused a stops
+// b's reader, which is waited for. Either may be called on another thread. An empty `read_b`: b is the same file as a.
+// Notes read_a and read_b in `times`. Throws what a reader throws, when both have ended.
+Result<SharedMeshes> read_both(const MeshReader& read_a, const MeshReader& read_b, unsigned threads, Control& control,
+                               StageTimes& times);
+
+// Reads and prepares both files in this process, then compares them. Two inputs of the same name and bytes are read
+// once. `meshes`, unless null, receives what was read; it may borrow the files. Errors also: the input is refused, or
+// out_of_time while reading.
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
                            const ReadLimits& limits, Control& control, SharedMeshes* meshes = nullptr);
 

@@ -67,7 +67,7 @@ class Local final : public Measurer {
 
   Result<Measured> measured(const Gate& gate, unsigned threads, Control& control) {
     const auto start = Control::Clock::now();
-    if (threads > 1) meshes_->begin(gate.baseline);  // read both files at the same time
+    if (api::reads_side_by_side(threads)) meshes_->begin(gate.baseline);
     const auto candidate = meshes_->get(gate.candidate, control);
     if (!candidate) return named(candidate.error(), "a");
     // Before it is aligned; without a_to_b it is refused anyway.

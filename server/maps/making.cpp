@@ -53,25 +53,23 @@ Result<MadeFile> made(Making& making, const MapTools& tools, MemoryReservation& 
   Watch watch;
   const double queue_ms = std::chrono::duration<double, std::milli>(Making::Clock::now() - making.submitted).count();
   if (auto ok = api::in_time(control, "'a' was read"); !ok) return ok.error();
-  const auto a = tools.loader.load(order.a, memory, control);
-  if (!a) return as_ours(a.error());
-  if (auto ok = api::in_time(control, "'b' was read"); !ok) return ok.error();
-  const auto b = tools.loader.load(order.b, memory, control);
-  if (!b) return as_ours(b.error());
+  const auto loan = tools.threads.lend(
+      order.bytes >= ThreadBudget::kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);
+  api::StageTimes times;
+  const auto both = load_both(tools.loader, order.a, order.b, loan.threads(), memory, control, times);
+  if (!both) return as_ours(both.error());
   if (order.facts.motion) {  // the moved mesh is another one
-    if (auto ok = memory.take_mesh((*a)->facts.vertices, (*a)->facts.triangles); !ok) return as_ours(ok.error());
+    if (auto ok = memory.take_mesh(both->a->facts.vertices, both->a->facts.triangles); !ok) return as_ours(ok.error());
   }
   memory.keep_meshes();
   const double read_ms = watch.lap_ms();
 
   const bool of_a = order.query.of == api::Side::a;
-  const auto measured = api::in_unit_of_result(*a, *b, order.facts.units, order.facts.motion, control);
+  const auto measured = api::in_unit_of_result(both->a, both->b, order.facts.units, order.facts.motion, control);
   if (!measured) return measured.error();
   const Prepared& shown = of_a ? *measured->a : *measured->b;
   const Prepared& other = of_a ? *measured->b : *measured->a;
   if (auto ok = check_size(order, shown, tools.settings.max_heap_bytes); !ok) return ok.error();
-  const auto loan = tools.threads.lend(
-      order.bytes >= ThreadBudget::kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);
   api::MapOptions options;
   options.refine = is_for_viewing(order.query.kind);
   options.max_triangles = order.query.max_triangles.value_or(options.max_triangles);

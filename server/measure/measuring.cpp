@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -59,6 +60,31 @@ Problem cancelled_early() {
   return {ProblemKind::cancelled, "the comparison was cancelled before both meshes were read"};
 }
 
+// A stored mesh that is compared with itself is read once: the second time it is in the cache.
+Result<api::SharedMeshes> load_both(MeshLoader& loader, const MeshSource& a, const MeshSource& b, unsigned threads,
+                                    MemoryReservation& memory, Control& control, api::StageTimes& times) {
+  using Loaded = std::optional<Result<api::SharedMesh>>;
+  std::optional<MemoryReservation> second;
+  const auto load_a = [&](bool beside, Control& reading) -> Loaded {
+    std::optional<MayFail> may_fail;
+    if (beside) may_fail.emplace();
+    return loader.load(a, memory, reading);
+  };
+  const auto load_b = [&](bool beside, Control& reading) -> Loaded {
+    second.reset();
+    if (!beside) return loader.load(b, memory, reading);
+    const MayFail may_fail;
+    auto mesh = loader.load(b, second.emplace(&memory), reading);
+    if (!second->restart()) return mesh;
+    return std::nullopt;
+  };
+  const bool is_same = a.kept && a.kept == b.kept;
+  auto both = api::read_both(load_a, load_b, is_same || !memory.first_attempt() ? 1 : threads, control, times);
+  if (!both || !second) return both;
+  if (auto ok = memory.take_over(*second); !ok) return std::move(ok).error();
+  return both;
+}
+
 Result<api::Comparison> Measuring::measured(LiveJob& job) const {
   const MayFail may_fail;
   try {
@@ -91,27 +117,22 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
 
 Result<api::Comparison> Measuring::measure_within(MemoryReservation& memory, LiveJob& job,
                                                   api::StageTimes times) const {
-  const auto start = LiveJob::Clock::now();
-  const auto a = loader_.load(job.a, memory, job.control);
-  if (!a) return a.error();
-  const auto begun_b = LiveJob::Clock::now();
-  times.read_a = ms_between(start, begun_b);
-  const auto b = loader_.load(job.b, memory, job.control);
-  if (!b) return b.error();
-  times.read_b = ms_between(begun_b, LiveJob::Clock::now());
+  const auto both = load_both(loader_, job.a, job.b, job.request.options.threads, memory, job.control, times);
+  if (!both) return both.error();
+  const api::SharedMesh &a = both->a, &b = both->b;
   if (job.request.options.align) {  // the moved mesh is another one
-    if (auto ok = memory.take_mesh((*a)->facts.vertices, (*a)->facts.triangles); !ok) return std::move(ok).error();
+    if (auto ok = memory.take_mesh(a->facts.vertices, a->facts.triangles); !ok) return std::move(ok).error();
   }
   if (!job.request.options.regions.empty()) {  // a part of a mesh is another mesh, one at a time
-    const auto& larger = (*a)->facts.triangles < (*b)->facts.triangles ? (*b)->facts : (*a)->facts;
+    const auto& larger = a->facts.triangles < b->facts.triangles ? b->facts : a->facts;
     if (auto ok = memory.take_mesh(larger.vertices, larger.triangles); !ok) return std::move(ok).error();
   }
   if (api::engine_options(job.request.options).areas) {
-    const std::uint64_t noted = kNotedBytes * ((*a)->facts.triangles + (*b)->facts.triangles);
+    const std::uint64_t noted = kNotedBytes * (a->facts.triangles + b->facts.triangles);
     if (auto ok = memory.take_more(noted); !ok) return std::move(ok).error();
   }
   memory.keep_meshes();
-  auto result = api::compare(*a, *b, job.request.options, job.control, times);
+  auto result = api::compare(a, b, job.request.options, job.control, times);
   if (result) result->id = job.key.id;
   return result;
 }

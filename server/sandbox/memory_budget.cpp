@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <string>
+#include <utility>
 
 #include "api/compare/load.h"
 #include "engine/mesh.h"
@@ -58,12 +59,21 @@ bool MemoryBudget::is_behind(std::uint64_t bytes, Waiting::const_iterator end) c
 }
 
 // Makes a reservation of `held` one of `bytes`. False: it stays, since that is more than there is, or others wait.
-bool MemoryBudget::change(std::uint64_t held, std::uint64_t bytes) {
+bool MemoryBudget::change(std::uint64_t held, std::uint64_t bytes, bool of_second) {
   const std::lock_guard lock(mutex_);
-  if (bytes > held && (is_behind(bytes, waiting_.end()) || !fits(held, bytes))) return false;
+  const bool is_spare = waiting_.empty() && reserved_ - held + bytes <= bytes_ - bytes_ / kForFirst;
+  if (bytes > held && (is_behind(bytes, waiting_.end()) || !fits(held, bytes) || (of_second && !is_spare)))
+    return false;
   count(held, bytes);
   if (bytes < held) freed_.notify_all();
   return true;
+}
+
+// Makes two reservations one.
+void MemoryBudget::join(std::uint64_t held, std::uint64_t other) {
+  const std::lock_guard lock(mutex_);
+  count(held, held + other);
+  count(other, 0);
 }
 
 Interruption MemoryBudget::wait(std::uint64_t bytes, Control& control) {
@@ -81,6 +91,11 @@ Interruption MemoryBudget::wait(std::uint64_t bytes, Control& control) {
 }
 
 MemoryReservation::~MemoryReservation() { budget_.change(reserved_, 0); }
+
+Result<Done> MemoryReservation::wait_for_turn() {
+  if (of_second_) return begin_again(0);
+  return Done{};
+}
 
 Result<Done> MemoryReservation::begin(Control& control) {
   budget_.change(reserved_, 0);
@@ -101,7 +116,7 @@ Result<std::uint64_t> MemoryReservation::take_reader(std::uint64_t bytes) {
   const std::uint64_t copied = meshes_.number < copied_.size() ? copied_[meshes_.number] : 0;
   const std::uint64_t taken = meshes_.arrays + copied;
   const std::uint64_t granted = std::min(bytes, most - std::min(most, taken));
-  if (granted < std::min(bytes, kLeastReader)) return too_large(meshes_.arrays + bytes, meshes_.triangles, most);
+  if (granted < std::min(bytes, kLeastReader)) return never(meshes_.arrays + bytes);
   if (auto ok = need(granted, meshes_.arrays); !ok) return ok.error();
   return granted;
 }
@@ -131,6 +146,20 @@ Result<Done> MemoryReservation::take_mesh(std::uint64_t vertices, std::uint64_t 
 
 Result<Done> MemoryReservation::take_more(std::uint64_t bytes) { return need(0, meshes_.arrays + bytes); }
 
+// No other job gets the memory in between.
+Result<Done> MemoryReservation::take_over(MemoryReservation& second) {
+  budget_.join(reserved_, second.reserved_);
+  reserved_ += std::exchange(second.reserved_, 0);
+  const Meshes taken = std::exchange(second.meshes_, {});
+  if (taken.number == 0) return Done{};
+  if (copied_.size() == meshes_.number) copied_.push_back(second.copied_.front());
+  meshes_.number += taken.number;
+  meshes_.triangles += taken.triangles;
+  Result<Done> fits = need(0, meshes_.arrays + taken.arrays);
+  read_ = meshes_;
+  return fits;
+}
+
 void MemoryReservation::keep_meshes() {
   budget_.change(reserved_, meshes_.arrays);
   reserved_ = meshes_.arrays;
@@ -139,13 +168,18 @@ void MemoryReservation::keep_meshes() {
 // What was waited for is kept until all is known, so that the next step fits as well.
 Result<Done> MemoryReservation::need(std::uint64_t reader, std::uint64_t arrays) {
   const std::uint64_t all = reader + arrays;
-  if (all > budget_.most_of_a_job()) return too_large(all, meshes_.triangles, budget_.most_of_a_job());
+  if (all > budget_.most_of_a_job()) return never(all);
   const std::uint64_t wanted = std::max(planned_, all);
-  if (!budget_.change(reserved_, wanted)) return begin_again(wanted);
+  if (!budget_.change(reserved_, wanted, of_second_)) return begin_again(wanted);
   reserved_ = wanted;
   reader_ = reader;
   meshes_.arrays = arrays;
   return Done{};
+}
+
+Error MemoryReservation::never(std::uint64_t bytes) {
+  if (of_second_) return begin_again(0);
+  return too_large(bytes, meshes_.triangles, budget_.most_of_a_job());
 }
 
 Error MemoryReservation::begin_again(std::uint64_t planned) {

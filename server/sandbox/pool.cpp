@@ -46,8 +46,10 @@ std::string to_string(const Counters& counters) {
 // One of the readings that may run at the same time.
 class Pool::Turn {
  public:
-  Turn(Pool& pool, Control& control) : pool_(pool) {
+  Turn(Pool& pool, Control& control, Memory* memory) : pool_(pool) {
     std::unique_lock lock(pool_.mutex_);
+    if (memory && pool_.busy_ == pool_.settings_.parsers) may_wait_ = memory->wait_for_turn();
+    if (!may_wait_) return;
     while (pool_.busy_ == pool_.settings_.parsers && why_ == Interruption::none) {
       pool_.turn_free_.wait_for(lock, kTick);
       why_ = control.check();
@@ -57,7 +59,7 @@ class Pool::Turn {
   Turn(const Turn&) = delete;
   Turn& operator=(const Turn&) = delete;
   ~Turn() {
-    if (why_ != Interruption::none) return;
+    if (!may_wait_ || why_ != Interruption::none) return;
     {
       const std::lock_guard lock(pool_.mutex_);
       --pool_.busy_;
@@ -65,10 +67,16 @@ class Pool::Turn {
     pool_.turn_free_.notify_one();
   }
 
-  Interruption why() const { return why_; }  // why there is no turn; none: it was granted
+  // Why there is no turn; nullopt: it was granted.
+  std::optional<ReadingOutcome> refusal(const std::string& part) const {
+    if (!may_wait_) return no_memory(may_wait_.error());
+    if (why_ != Interruption::none) return interrupted(why_, part, "was still waited for");
+    return std::nullopt;
+  }
 
  private:
   Pool& pool_;
+  Result<Done> may_wait_ = Done{};
   Interruption why_ = Interruption::none;
 };
 
@@ -108,8 +116,8 @@ Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadL
 }
 
 ReadingOutcome Pool::read(const Task& task, Control& control) {
-  const Turn turn(*this, control);
-  if (turn.why() != Interruption::none) return interrupted(turn.why(), task.input.part, "was still waited for");
+  const Turn turn(*this, control, task.memory);
+  if (auto refusal = turn.refusal(task.input.part)) return *std::move(refusal);
   const std::uint64_t most = settings_.bounds.memory_bytes;
   std::uint64_t bytes = std::min(most, std::max(memory_of_idle_, usual_memory(task.input.bytes.size())));
   ReadingOutcome outcome = read_within(task, bytes, control);

@@ -56,7 +56,8 @@ class Pool {
   // ms after `control` says to stop. Blocks.
   //
   // A process first gets memory for a file as files usually are, and only where that is not enough, a second one all
-  // that `bounds` allow. `memory` is asked before each, and before the arrays come; null: it is not.
+  // that `bounds` allow. `memory` is asked before each, before the arrays come, and before a wait for other files;
+  // null: it is not.
   Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control,
                                Memory* memory = nullptr);
 

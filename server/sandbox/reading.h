@@ -24,6 +24,8 @@ class Memory {
  public:
   virtual ~Memory() = default;
 
+  // Before a wait until another file has been read. An Error: do not wait.
+  virtual Result<Done> wait_for_turn() { return Done{}; }
   // For the process that reads, in place of all that was taken since end_reader(): an earlier process's attempt at the
   // same file has failed. Returns the limit of its memory, at most `bytes`.
   virtual Result<std::uint64_t> take_reader(std::uint64_t bytes) = 0;

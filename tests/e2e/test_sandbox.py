@@ -1,5 +1,6 @@
 """The processes in which the service reads uploads: what happens to them, and what that costs."""
 
+import hashlib
 import os
 import shutil
 import signal
@@ -10,7 +11,8 @@ import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from harness import BINARY, EVERYBODYS, OWN_DATA, RAISED, SQUARE, Server, comparison, post_head, read_answer, until
+from harness import (
+    BINARY, EVERYBODYS, OWN_DATA, RAISED, SQUARE, Server, comparison, post_head, read_answer, until, wavy_grid)
 
 WITHOUT = os.environ.get("MESHGAUGE_WITHOUT")
 READER = os.environ.get("MESHGAUGE_READER")
@@ -105,8 +107,8 @@ def writable_mounts(pid):
 
 
 class Workers(unittest.TestCase):
-    def server(self, *flags, **more):
-        server = Server("--workers", "2", "--parsers", "2", *flags, **more)
+    def server(self, *flags, parsers="2", **more):
+        server = Server("--workers", "2", "--parsers", parsers, *flags, **more)
         self.addCleanup(server.stop)
         return server
 
@@ -119,6 +121,29 @@ class Workers(unittest.TestCase):
 
     def logged(self, server, what):
         until(lambda: any('"sandbox"' in line and what in line for line in server.log))
+
+    def test_jobs_that_read_two_files_at_once_share_few_readers(self):
+        a, b = wavy_grid(60, 0.1), wavy_grid(61, 0.1)
+        for parsers in ("1", "2"):
+            server = self.server(parsers=parsers)
+            with ThreadPoolExecutor(4) as clients:
+                answers = list(clients.map(lambda _: server.compare(a, b, {"threads": 2}), range(12)))
+            found = [answer.json() for answer in answers]
+            self.assertEqual({answer.status for answer in answers}, {200})
+            self.assertEqual({(one["meshes"]["a"]["sha256"], one["meshes"]["b"]["sha256"]) for one in found},
+                             {(hashlib.sha256(a).hexdigest(), hashlib.sha256(b).hexdigest())})
+            for one in found:
+                times = one["timings_ms"]
+                stages = sum(ms for stage, ms in times.items() if stage != "total")
+                self.assertLessEqual(stages, times["total"] * 1.001)
+
+    def test_of_two_wrong_files_read_at_once_the_first_is_told(self):
+        server = self.server()
+        wrong = [b"v 0 0 0\nv 1 0 nan\nf 1 1 2\n", b"v 0 0\n"]
+        for a, b, part in ((*wrong, "a"), (wrong[1], wrong[0], "a"), (SQUARE, wrong[0], "b"), (wrong[0], SQUARE, "a")):
+            after, beside = (server.compare(a, b, {"threads": threads}).json() for threads in (1, 2))
+            self.assertEqual([error["part"] for error in beside["errors"]], [part])
+            self.assertEqual({**after, "instance": ""}, {**beside, "instance": ""})
 
     def test_one_that_crashes_costs_its_request_alone(self):
         server = self.server()

@@ -1,11 +1,22 @@
 #include "api/compare/compare.h"
 
+#include <atomic>
+#include <memory>
+#include <new>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
 
 #include "api/base/digest.h"
+#include "api/formats/file/source.h"
+#include "api/result/response.h"
+#include "tests/eventually.h"
 
 using namespace meshgauge;
 
@@ -20,6 +31,30 @@ std::span<const std::byte> bytes_of(std::string_view text) {
 
 Result<api::Comparison> compared(std::string_view a, std::string_view b, Control& control, Options options = {}) {
   return api::compare({"a", bytes_of(a), "a.obj", ""}, {"b", bytes_of(b), "b.obj", ""}, options, {}, control);
+}
+
+// What is told of a comparison, but for the members that no two have in common.
+std::string told(const Result<api::Comparison>& result) {
+  if (!result) return result.error().part + "|" + result.error().where + "|" + result.error().message;
+  auto document = api::document_of(*result);
+  for (const char* own : {"id", "view", "timings_ms", "engine"}) document.erase(own);
+  return document.dump();
+}
+
+using Read = std::optional<Result<api::SharedMesh>>;
+
+api::SharedMesh square() {
+  const api::MeshInput input{"a", bytes_of(kSquare), "a.obj", ""};
+  Control control;
+  return *api::prepare(api::load(input, {}), input, Prepared::Use::once, control);
+}
+
+Error wrong(const char* part) { return {ErrorCode::unreadable_mesh, "wrong", part, ""}; }
+
+// Waits until it is stopped, as the reader of a file that never ends.
+Result<api::SharedMesh> endless(Control& control) {
+  eventually([&] { return control.check() != Interruption::none; });
+  return api::not_in_time(control.check(), "it was read");
 }
 
 }  // namespace
@@ -83,6 +118,144 @@ TEST_CASE("compare: a timeout while reading is an error, while measuring it is n
   REQUIRE(cut_short.ok());
   CHECK(cut_short->outcome.stop == Stop::cancelled);
   CHECK(cut_short->outcome.upper >= 2.0);
+}
+
+TEST_CASE("compare: files read side by side give the same results and errors as one after the other") {
+  const std::string_view soup = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 4 5 6\n";
+  const std::string_view files[] = {kSquare, kRaised, soup, "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "v 0 0\n", ""};
+  for (const auto a : files) {
+    for (const auto b : files) {
+      Options options;
+      options.strategy = Strategy::four_point;  // the same bits on any number of threads
+      Control control;
+      const std::string after = told(compared(a, b, control, options));
+      options.threads = 2;
+      CHECK(told(compared(a, b, control, options)) == after);
+      const auto same_name =
+          api::compare({"x", bytes_of(a), "x", ""}, {"x", bytes_of(b), "x", ""}, options, {}, control);
+      options.threads = 1;
+      CHECK(told(same_name) ==
+            told(api::compare({"x", bytes_of(a), "x", ""}, {"x", bytes_of(b), "x", ""}, options, {}, control)));
+    }
+  }
+}
+
+TEST_CASE("compare: the same input twice is read once") {
+  Control control;
+  api::SharedMeshes meshes;
+  const auto compared_as = [&](const char* name_of_b) {
+    return api::compare({"a", bytes_of(kSquare), "a.obj", ""}, {name_of_b, bytes_of(kSquare), "a.obj", ""}, {}, {},
+                        control, &meshes);
+  };
+  REQUIRE(compared_as("a").ok());
+  CHECK(meshes.a == meshes.b);
+  REQUIRE(compared_as("b").ok());
+  CHECK(meshes.a != meshes.b);
+}
+
+TEST_CASE("read_both: b is read beside a, and the stages add up") {
+  Control control;
+  api::StageTimes times;
+  std::atomic<int> begun{0};
+  const auto reader = [&](bool beside, Control&) -> Read {
+    CHECK(beside);
+    ++begun;
+    REQUIRE(eventually([&] { return begun == 2; }));
+    return square();
+  };
+  const auto start = Control::Clock::now();
+  REQUIRE(api::read_both(reader, reader, 2, control, times).ok());
+  CHECK(times.read_a + times.read_b <= ms_since(start));
+  const auto alone = [&](bool beside, Control&) -> Read { return CHECK(!beside), square(); };
+  REQUIRE(api::read_both(alone, alone, 1, control, times).ok());
+}
+
+TEST_CASE("read_both: a refused a stops the reader of b alone, and its error is told") {
+  Control control;
+  api::StageTimes times;
+  std::atomic<bool> begun{false}, stopped{false};
+  const auto refused = [&](bool, Control&) -> Read {
+    eventually([&] { return begun.load(); });
+    return wrong("a");
+  };
+  const auto reader_b = [&](bool, Control& part) -> Read {
+    begun = true;
+    auto read = endless(part);
+    stopped = part.cancelled();
+    return read;
+  };
+  CHECK(api::read_both(refused, reader_b, 2, control, times).error().part == "a");
+  CHECK(stopped);
+  CHECK(control.check() == Interruption::none);
+  const auto refused_b = [&](bool, Control&) -> Read { return wrong("b"); };
+  CHECK(api::read_both(refused, refused_b, 2, control, times).error().part == "a");
+  const auto never = [](bool, Control&) -> Read {
+    FAIL("b is read after a refused a");
+    return wrong("b");
+  };
+  CHECK(api::read_both(refused, never, 1, control, times).error().part == "a");
+}
+
+TEST_CASE("read_both: a cancelled job, or one that is late, stops both readers") {
+  const auto reader = [](bool, Control& control) -> Read { return endless(control); };
+  for (const unsigned threads : {1U, 2U}) {
+    api::StageTimes times;
+    Control cancelled;
+    const auto cancels = [&](bool, Control& control) -> Read { return cancelled.cancel(), endless(control); };
+    CHECK(api::read_both(cancels, reader, threads, cancelled, times).error().message.starts_with("cancelled"));
+    Control late(Control::Clock::now() + std::chrono::milliseconds(20));
+    CHECK(api::read_both(reader, reader, threads, late, times).error().message.starts_with("timed out"));
+  }
+}
+
+TEST_CASE("read_both: a mesh that has no room beside the other is read again alone") {
+  Control control;
+  for (const bool throws : {false, true}) {
+    const auto no_room = [throws](bool beside, Control&) -> Read {
+      if (!beside) return square();
+      if (throws) throw std::bad_alloc();
+      return std::nullopt;
+    };
+    const auto room = [](bool, Control&) -> Read { return square(); };
+    api::StageTimes times;
+    for (const auto& [a, b] :
+         {std::pair<api::MeshReader, api::MeshReader>{no_room, room}, {room, no_room}, {no_room, no_room}})
+      CHECK(api::read_both(a, b, 2, control, times).ok());
+  }
+  int calls = 0;
+  const auto here = api::reader_here([&](Control&) -> Result<api::SharedMesh> {
+    ++calls;
+    return calls == 1 ? Result<api::SharedMesh>(api::out_of_memory("a")) : square();
+  });
+  api::StageTimes times;
+  CHECK(api::read_both(here, nullptr, 2, control, times).error().part == "a");  // nothing is beside it
+  calls = 0;
+  CHECK(api::read_both(
+            here, [](bool, Control&) -> Read { return square(); }, 2, control, times)
+            .ok());
+  CHECK(calls == 2);
+}
+
+TEST_CASE("read_both: what a reader throws is thrown when both have ended") {
+  Control control;
+  api::StageTimes times;
+  std::atomic<bool> begun{false}, ended{false};
+  const auto throws = [&](bool, Control&) -> Read {
+    eventually([&] { return begun.load(); });
+    throw std::runtime_error("broken");
+  };
+  const auto waits = [&](bool, Control& part) -> Read {
+    begun = true;
+    auto read = endless(part);
+    ended = true;
+    return read;
+  };
+  CHECK_THROWS_AS((void)api::read_both(throws, waits, 2, control, times), std::runtime_error);
+  CHECK(ended);
+  const auto mesh = [](bool, Control&) -> Read { return square(); };
+  CHECK_THROWS_AS((void)api::read_both(mesh, throws, 2, control, times), std::runtime_error);
+  const auto refused = [](bool, Control&) -> Read { return wrong("a"); };
+  CHECK(api::read_both(refused, throws, 2, control, times).error().part == "a");
 }
 
 TEST_CASE("compare: cancelling stops the collection of facts of a large mesh") {

@@ -195,6 +195,70 @@ TEST_CASE("memory: a job that waits can be cancelled") {
   CHECK(budget.reserved() == 800 * kMiB);
 }
 
+TEST_CASE("memory: a job takes over what its second file has reserved") {
+  MemoryBudget budget(1024 * kMiB);
+  Control control;
+  {
+    MemoryReservation first(budget), second(&first);
+    REQUIRE(first.begin(control).ok());
+    REQUIRE(first.take_reader(100 * kMiB).ok());
+    REQUIRE(second.take_reader(200 * kMiB).ok());
+    CHECK(budget.reserved() == 300 * kMiB);
+    REQUIRE(first.take_mesh(1000, 2000).ok());
+    REQUIRE(second.take_mesh(500, 1000).ok());
+    first.end_reader();
+    second.end_reader();
+    REQUIRE(first.take_over(second).ok());
+    CHECK(first.taken_meshes() == 2);
+    CHECK(budget.reserved() == bytes_of_mesh(1500, 3000));
+    REQUIRE(first.take_mesh(1, 2).ok());  // as of the mesh of an alignment
+    first.keep_meshes();
+    CHECK(budget.reserved() == bytes_of_mesh(1501, 3002));
+  }
+  CHECK(budget.reserved() == 0);
+}
+
+TEST_CASE("memory: a second file takes what is spare, waits for nothing, and is never refused for good") {
+  MemoryBudget budget(1024 * kMiB);
+  Control control;
+  MemoryReservation first(budget);
+  REQUIRE(first.begin(control).ok());
+  REQUIRE(first.take_reader(500 * kMiB).ok());
+  CHECK(first.wait_for_turn().ok());
+  {
+    MemoryReservation second(&first);
+    REQUIRE(second.take_reader(268 * kMiB).ok());  // up to the last quarter
+    REQUIRE(!second.take_mesh(0, (200 * kMiB) / 12).ok());
+    CHECK(second.restart());
+  }
+  CHECK(budget.reserved() == 500 * kMiB);
+  MemoryReservation large(&first);
+  CHECK(!large.take_mesh(0, 100 * kMiB).ok());  // more than one job can ever have
+  CHECK(large.restart());
+  MemoryReservation turn(&first);
+  CHECK(!turn.wait_for_turn().ok());
+  CHECK(turn.restart());
+  Job waiting(budget, 600 * kMiB);
+  REQUIRE(eventually([&] { return waiting.waits(); }));
+  MemoryReservation small(&first);
+  CHECK(!small.take_reader(32 * kMiB).ok());  // not before a job that waits
+  CHECK(!first.restart());
+  waiting.cancel();
+}
+
+TEST_CASE("memory: two meshes that one job can never have are refused when it takes over the second") {
+  MemoryBudget budget(1024 * kMiB);
+  Control control;
+  MemoryReservation first(budget), second(&first);
+  REQUIRE(first.begin(control).ok());
+  REQUIRE(second.take_mesh(0, (60 * kMiB) / 140).ok());
+  REQUIRE(first.take_mesh(0, (880 * kMiB) / 140).ok());
+  const auto both = first.take_over(second);
+  REQUIRE(!both.ok());
+  CHECK(both.error().code == ErrorCode::too_large);
+  CHECK(!first.restart());
+}
+
 TEST_CASE("memory: many jobs of all sizes all have their turn, and never more than there is") {
   MemoryBudget budget(1000 * kMiB);
   std::atomic<int> done{0};

@@ -162,6 +162,27 @@ TEST_CASE("pool: as many files are read at a time as it has parsers") {
   CHECK(waiting.get());
 }
 
+TEST_CASE("pool: a reading that may not wait for a turn ends at once") {
+  struct Hurried final : Memory {
+    Result<Done> wait_for_turn() override { return Error{ErrorCode::internal, "does not wait", "", ""}; }
+    Result<std::uint64_t> take_reader(std::uint64_t bytes) override { return bytes; }
+    void end_reader() override { ++ends; }
+    Result<Done> take_mesh(std::uint64_t, std::uint64_t) override { return Done{}; }
+    int ends = 0;
+  } memory;
+  Sandbox sandbox({hostile_program()}, 1);
+  sandbox.start();
+  Control control;
+  CHECK(sandbox.read(kTriangle, control, {}, &memory).ok());
+  Endless endless(sandbox);
+  REQUIRE(eventually([] { return !running().empty(); }));
+  CHECK(sandbox.read(kTriangle, control, {}, &memory).error().message == "does not wait");
+  CHECK(memory.ends == 1);
+  endless.control().cancel();
+  CHECK(!endless.result().ok());
+  CHECK(sandbox.read(kTriangle, control, {}, &memory).ok());  // it has left its turn to others
+}
+
 TEST_CASE("pool: a program that is no spawner is an Error") {
   for (const std::string program : {"/nonexistent", "/bin/true"}) {
     Sandbox sandbox({program});
