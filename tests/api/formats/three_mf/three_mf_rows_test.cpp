@@ -9,33 +9,33 @@ namespace meshgauge::api::test {
 namespace {
 
 constexpr std::size_t kNoLimit = 1000;
-const std::string kCore = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
+const std::string kCoreNamespace = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 constexpr std::size_t kPieceBytes = 65'536;  // the reader gets a model in pieces of this size
 
-struct Vertices {
+struct TakenVertices {
   std::vector<Vec3> positions;
   XmlTaken taken;
 };
 
-Vertices vertices_of(std::string_view text, std::size_t most = kNoLimit) {
-  Vertices out;
+TakenVertices taken_vertices(std::string_view text, std::size_t most = kNoLimit) {
+  TakenVertices out;
   out.taken = take_mf_vertices(text, most, out.positions);
   return out;
 }
 
-struct Triangles {
+struct TakenTriangles {
   std::vector<Triangle> triangles;
   XmlTaken taken;
 };
 
-Triangles triangles_of(std::string_view text, std::size_t vertices = 10) {
-  Triangles out;
+TakenTriangles taken_triangles(std::string_view text, std::size_t vertices = 10) {
+  TakenTriangles out;
   out.taken = take_mf_triangles(text, kNoLimit, vertices, out.triangles);
   return out;
 }
 
 // Replaces the first `from`, which must be there.
-std::string replaced(std::string text, std::string_view from, std::string_view to) {
+std::string with_replaced(std::string text, std::string_view from, std::string_view to) {
   const std::size_t place = text.find(from);
   REQUIRE(place != std::string::npos);
   return text.replace(place, from.size(), to);
@@ -55,7 +55,7 @@ std::string mesh_or_refusal(const std::string& document) {
 // expat alone reads UTF-16.
 std::string as_utf16(const std::string& ascii) {
   std::string wide = "\xFF\xFE";
-  for (const char c : replaced(ascii, " encoding=\"UTF-8\"", "")) wide += {c, '\0'};
+  for (const char c : with_replaced(ascii, " encoding=\"UTF-8\"", "")) wide += {c, '\0'};
   return wide;
 }
 
@@ -80,12 +80,12 @@ const std::string kMeshes[] = {
     "v3=\"04\"/></triangles>",
     "<vertices>\n<vertex x=\"0\" y=\"0\" z=\"0\"/>\n<vertex x=\"1\" y=\"1\" z=\"1\"/>\r\n</vertices>\n<triangles>\n"
     "<triangle v1=\"0\" v2=\"1\" v3=\"1\"/>\n<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>\n</triangles>",
-    "<m:vertices xmlns='v' xmlns:m='" + kCore +
-        "'><vertex x='1' y='1' z='1'/><vertex x='2' y='2' z='2'/></m:vertices>" + "<triangles xmlns='" + kCore +
-        "'></triangles>"};
+    "<m:vertices xmlns='v' xmlns:m='" + kCoreNamespace +
+        "'><vertex x='1' y='1' z='1'/><vertex x='2' y='2' z='2'/></m:vertices>" + "<triangles xmlns='" +
+        kCoreNamespace + "'></triangles>"};
 
 // Separated by '|'.
-constexpr std::string_view kTokens =
+constexpr std::string_view kRowTokens =
     "<|>|/|=|\"|'|&| "
     "|\n|\r|\r\n|\t|\v|0|-|+|.|e|x|v1|V1|nan|inf|1e999|1e-999|99999999999|0x1|<!--|-->|<![CDATA[|]]>|<?a|?>"
     "|&lt;|&b;|<q:a/>|<p:a/>|<a/>| q:x='1'| p1='1'| xmlns=''| v1='0'|<vertex "
@@ -94,7 +94,7 @@ constexpr std::string_view kTokens =
 
 std::vector<std::string> tokens() {
   std::vector<std::string> all;
-  for (std::string_view rest = kTokens; !rest.empty();) {
+  for (std::string_view rest = kRowTokens; !rest.empty();) {
     all.emplace_back(rest.substr(0, rest.find('|')));
     rest.remove_prefix(std::min(rest.size(), all.back().size() + 1));
   }
@@ -120,30 +120,30 @@ std::string mutated(std::string text, std::mt19937& random) {
 
 TEST_CASE("3mf: rows: vertices of the common form are taken with their lines") {
   const std::string rows = "<vertex x=\"1\" y=\"-2.5e3\" z=\".5\"/>\r\n\t<vertex\nz='3' x='+1' y='2' />";
-  const Vertices all = vertices_of(rows);
+  const TakenVertices all = taken_vertices(rows);
   CHECK(all.positions == std::vector<Vec3>{{1, -2500, 0.5}, {1, 2, 3}});
   CHECK(all.taken.bytes == rows.size());
   CHECK(all.taken.lines == 2);
-  const Vertices one = vertices_of(rows, 1);
+  const TakenVertices one = taken_vertices(rows, 1);
   CHECK(one.positions.size() == 1);
   CHECK(one.taken.bytes == rows.find('\r'));
   CHECK(one.taken.lines == 0);
-  CHECK(vertices_of(rows + " \n</vertices>").taken.bytes == rows.size());
-  CHECK(vertices_of("").taken.bytes == 0);
+  CHECK(taken_vertices(rows + " \n</vertices>").taken.bytes == rows.size());
+  CHECK(taken_vertices("").taken.bytes == 0);
 }
 
 TEST_CASE("3mf: rows: triangles of the common form are taken") {
   const std::string rows =
       "<triangle v1=\"0\" v2=\"9\" v3=\"5\"/>\n<triangle p1='0' v3='1' v2='2' pid='&quot;'/><triangle v1='1'/>";
-  const Triangles one = triangles_of(rows);
+  const TakenTriangles one = taken_triangles(rows);
   CHECK(one.triangles == std::vector<Triangle>{{0, 9, 5}});
   CHECK(one.taken.bytes == rows.find('\n'));
-  CHECK(triangles_of(rows, 9).triangles.empty());
+  CHECK(taken_triangles(rows, 9).triangles.empty());
   const std::string painted = "<triangle pid='1' p1='0' p2='>' v1='3' paint_color='4C' v2='2' paint_seam='' v3='1'/>";
-  CHECK(triangles_of(painted).triangles.empty());
-  CHECK(triangles_of(replaced(painted, "'>'", "'<'")).triangles.empty());
-  CHECK(triangles_of(replaced(painted, "'>'", "'&b;'")).triangles.empty());
-  CHECK(triangles_of(replaced(painted, "'>'", "'a b'")).triangles == std::vector<Triangle>{{3, 2, 1}});
+  CHECK(taken_triangles(painted).triangles.empty());
+  CHECK(taken_triangles(with_replaced(painted, "'>'", "'<'")).triangles.empty());
+  CHECK(taken_triangles(with_replaced(painted, "'>'", "'&b;'")).triangles.empty());
+  CHECK(taken_triangles(with_replaced(painted, "'>'", "'a b'")).triangles == std::vector<Triangle>{{3, 2, 1}});
 }
 
 TEST_CASE("3mf: rows: the first row of another form is left") {
@@ -155,7 +155,7 @@ TEST_CASE("3mf: rows: the first row of another form is left") {
            {"\" y", "\"y"},       {" y", "\vy"},          {"/>", "/ >"},     {"/>", "></vertex>"}, {"<", "<!---->"},
            {"<", "]]>"},          {"3\"", "3\" a='1'"}}) {
     CAPTURE(to);
-    const Vertices first = vertices_of(row + replaced(row, from, to));
+    const TakenVertices first = taken_vertices(row + with_replaced(row, from, to));
     CHECK(first.positions == std::vector<Vec3>{{1, 2, 3}});
     CHECK(first.taken.bytes == row.size());
   }
@@ -170,8 +170,8 @@ TEST_CASE("3mf: rows: a text that ends anywhere is read no farther") {
       const std::vector<char> exact(rows.begin() + static_cast<std::ptrdiff_t>(from),
                                     rows.begin() + static_cast<std::ptrdiff_t>(end));
       const std::string_view text(exact.data(), exact.size());
-      CHECK(vertices_of(text).positions.size() == (from == 0 && end >= row.size() ? 1 : 0));
-      CHECK(triangles_of(text).triangles.empty());
+      CHECK(taken_vertices(text).positions.size() == (from == 0 && end >= row.size() ? 1 : 0));
+      CHECK(taken_triangles(text).triangles.empty());
     }
   }
 }
@@ -209,8 +209,8 @@ TEST_CASE("3mf: rows: other encodings and namespaces, and limits, hold as by exp
   const std::string document = with_mesh(kMeshes[0]);
   const std::string expected = mesh_or_refusal(document);
   CHECK(mesh_or_refusal("\xEF\xBB\xBF" + document) == expected);
-  CHECK(mesh_or_refusal(replaced(document, "UTF-8", "ISO-8859-1")) == expected);
-  CHECK(contains(mesh_or_refusal(replaced(document, "UTF-8", "EBCDIC")), "unknown encoding"));
+  CHECK(mesh_or_refusal(with_replaced(document, "UTF-8", "ISO-8859-1")) == expected);
+  CHECK(contains(mesh_or_refusal(with_replaced(document, "UTF-8", "EBCDIC")), "unknown encoding"));
   ReadLimits few;
   few.max_vertices = 2;
   CHECK(contains(read(package(document), "m.3mf", few).error().message, "more vertices than the limit of 2"));
@@ -220,7 +220,7 @@ TEST_CASE("3mf: rows: other encodings and namespaces, and limits, hold as by exp
 }
 
 TEST_CASE("3mf: rows: characters of UTF-16 whose bytes look like a row are text") {
-  const std::string document = replaced(with_mesh(kMeshes[0]), " encoding=\"UTF-8\"", "");
+  const std::string document = with_replaced(with_mesh(kMeshes[0]), " encoding=\"UTF-8\"", "");
   std::string wide("\xFE\xFF", 2);
   const auto widened = [](const std::string& ascii) {
     std::string text;
@@ -245,7 +245,7 @@ TEST_CASE("3mf: rows: ends of tags in a comment take linear time") {
     for (int i = 0; i < 100'000; ++i) text += "<vertices>";
     return "<!--" + text + "-->";
   }();
-  const std::string document = with_mesh(replaced(kMeshes[0], "<vertices>", "<vertices>" + comment + tags));
+  const std::string document = with_mesh(with_replaced(kMeshes[0], "<vertices>", "<vertices>" + comment + tags));
   CHECK(mesh_or_refusal(document) == mesh_or_refusal(with_mesh(kMeshes[0])));
 }
 
