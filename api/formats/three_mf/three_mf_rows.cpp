@@ -53,7 +53,7 @@ class RowCursor {
     std::int64_t number = 0;
     if (!open(length)) return false;
     const char* const next = parse_integer(p_, end_, number);
-    if (next == nullptr || number < 0 || static_cast<std::uint64_t>(number) >= vertices) return false;
+    if (next == nullptr || static_cast<std::uint64_t>(number) >= vertices) return false;
     value = static_cast<std::uint32_t>(number);
     return close(next);
   }
@@ -72,13 +72,12 @@ class RowCursor {
   }
 
  private:
-  // Counts lines as expat does, but leaves a '\r' without '\n' to it.
+  // Counts lines as expat does: they end with \n, \r\n or \r.
   bool spaces() {
     const char* const before = p_;
     for (;; ++p_) {
-      if (*p_ == ' ' || *p_ == '\t') continue;
-      if (*p_ == '\r' && p_[1] == '\n') ++p_;
-      if (*p_ != '\n') return p_ != before;
+      if (*p_ == ' ' || *p_ == '\t' || (*p_ == '\r' && p_[1] == '\n')) continue;
+      if (!is_newline(*p_)) return p_ != before;
       ++lines_;
     }
   }
