@@ -100,7 +100,7 @@ TEST_CASE("stl: corners merged while they are read are those that weld() merges,
     }
     const std::string file = binary_stl(body, static_cast<std::uint32_t>(facets)) + "\n";
     auto apart = read(file, "m.stl");
-    const auto merged = read(file, "m.stl", {}, Corners::merged);
+    const auto merged = read(file, "m.stl", {}, api::Corners::merged);
     REQUIRE((apart.ok() && merged.ok()));
     CHECK(!apart->merged);
     CHECK(merged->merged);
@@ -114,15 +114,15 @@ TEST_CASE("stl: corners merged while they are read are those that weld() merges,
     const std::string bad = binary_stl(body, static_cast<std::uint32_t>(facets));
     CHECK(refusal(bad, "m.stl") == "byte " + std::to_string(bad.size() - 6) + " of 'a': a coordinate of facet " +
                                        std::to_string(facets - 1) + " is not finite");
-    CHECK(read(bad, "m.stl", {}, Corners::merged).error().message == refusal(bad, "m.stl"));
+    CHECK(read(bad, "m.stl", {}, api::Corners::merged).error().message == refusal(bad, "m.stl"));
   }
 }
 
 TEST_CASE("stl: the limit of vertices counts the corners of a file, not what is left of them") {
   const std::string file = binary_stl(kFacet + kFacet, 2);
   const ReadLimits five{5, 100};
-  CHECK(read(file, "m.stl", five, Corners::merged).error().message == "'a' has more vertices than the limit of 5");
-  CHECK(read(file, "m.stl", ReadLimits{6, 100}, Corners::merged)->mesh.positions.size() == 3);
+  CHECK(read(file, "m.stl", five, api::Corners::merged).error().message == "'a' has more vertices than the limit of 5");
+  CHECK(read(file, "m.stl", ReadLimits{6, 100}, api::Corners::merged)->mesh.positions.size() == 3);
 }
 
 TEST_CASE("stl: ascii, of one solid or more, in any case of letters") {
