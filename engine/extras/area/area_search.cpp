@@ -21,12 +21,15 @@ constexpr std::size_t kTasksAGrowth = 256;  // of vertices, for which memory is 
 constexpr std::size_t kTrianglesATask = 64;
 constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
 constexpr std::size_t kPartsATask = 16;
+constexpr std::size_t kPartsASum = 1 << 12;
 constexpr std::size_t kMostChosen = std::size_t{1} << 13;  // parts refined in one round
 constexpr std::size_t kMostMade = 32;                      // parts that mostly come of one
-constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
-constexpr double kCellShare = 1.0 / 64;   // of a tolerance that the errors of cells may add up to
-constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is closed
-constexpr double kChosenShare = 0.6;      // of all contributions, refined in one round
+constexpr double kClosedShare = 0.25;    // of a tolerance that the parts which are closed may add up to
+constexpr double kCellShare = 1.0 / 64;  // of a tolerance that the errors of cells may add up to
+constexpr double kNegligible = 0x1p-50;  // of the area, a part of which is closed
+constexpr double kChosenShare = 0.6;     // of all contributions, refined in one round
+constexpr double kLeastChosenShare = 0.05;
+constexpr double kGain = 0.8;             // of the contribution of a part, which refining it mostly removes
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
 
 AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
@@ -37,15 +40,15 @@ bool is_decided(const AreaOptions::Beyond& beyond, const AreaInterval& share) {
   return beyond.max_share && (share.upper <= *beyond.max_share || share.lower > *beyond.max_share);
 }
 
-struct Refined {
+}  // namespace
+
+// What comes of a part.
+struct AreaSearch::Refined {
+  static constexpr std::size_t kBytes = sizeof(Part) + 64 + kMostMade * sizeof(Part);
   Part first;
   std::vector<Part> others;
   double cell_error = 0;
 };
-
-constexpr std::size_t kBytesOfRefined = sizeof(Refined) + kMostMade * sizeof(Part);
-
-}  // namespace
 
 // A task starts without a hint, so that the distances do not depend on the threads.
 bool measure_vertices(const AreaDirection& direction, const std::optional<std::vector<std::uint32_t>>& rest,
@@ -143,7 +146,7 @@ AreaStop AreaSearch::refine_all() {
     const Demand wanted = demand();
     if (wanted.met()) return AreaStop::complete;
     if (over_budget()) return AreaStop::budget;
-    const std::vector<std::size_t> chosen = choose(wanted);
+    const std::vector<std::uint32_t> chosen = choose(wanted);
     if (stop_()) return interrupted();
     if (chosen.empty()) return AreaStop::precision_floor;
     if (!refine(chosen, wanted)) return interrupted();
@@ -255,17 +258,36 @@ bool AreaSearch::is_closed(const Part& part) const {
   });
 }
 
+// The sums over the open parts, each range by itself, then the ranges in their order: the same bits for any number of
+// threads. False: interrupted.
+bool AreaSearch::add_open(std::vector<ShareSum>& shares, MeanSum& means) {
+  struct Sums {
+    std::vector<ShareSum> shares;
+    MeanSum means;
+  };
+  std::vector<Sums> sums(tasks_for(open_.size(), kPartsASum));
+  const bool is_whole = each_range(stop_, open_.size(), kPartsASum, in_.pool, [&](std::size_t begin, std::size_t end) {
+    Sums& sum = sums[begin / kPartsASum];
+    sum.shares.resize(limits_.size());
+    for (std::size_t i = begin; i < end; ++i) {
+      const Part& part = open_[i];
+      for (std::size_t k = 0; k < limits_.size(); ++k)
+        sum.shares[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
+      if (asked_.mean) sum.means.add(part.enclosure, part.weight);
+    }
+  });
+  if (!is_whole) return false;
+  for (const Sums& sum : sums) {
+    for (std::size_t k = 0; k < limits_.size(); ++k) shares[k] += sum.shares[k];
+    means += sum.means;
+  }
+  return true;
+}
+
 bool AreaSearch::update() {
   std::vector<ShareSum> shares = closed_shares_;
   MeanSum means = closed_means_;
-  const bool is_whole = each_unless(stop_, open_.size(), [&](std::size_t i) {
-    const Part& part = open_[i];
-    for (std::size_t k = 0; k < limits_.size(); ++k) {
-      shares[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
-    }
-    if (asked_.mean) means.add(part.enclosure, part.weight);
-  });
-  if (!is_whole) return false;
+  if (!add_open(shares, means)) return false;
   TotalArea area = area_;
   area.terms += open_.size() + in_.from.triangles.size();
   for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -373,49 +395,87 @@ bool AreaSearch::is_worth_cells(const Part& part) const {
   const Linear& high = part.enclosure.high;
   if (high[0] + high[1] + high[2] <= kLoose * (a.distance + b.distance + c.distance)) return false;
   const double nearest = std::min({a.distance, b.distance, c.distance});
+  if (!are_shares_alone()) return true;
   return std::any_of(limits_.begin(), limits_.end(),
                      [&](const Limit& l) { return nearest <= l.up && most(high) > l.down; });
 }
 
-// The parts with the largest contributions, by powers of two. Closes parts that need no more work.
-std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
-  constexpr int kBins = 128;
-  std::array<double, kBins> sums{};
-  std::vector<int> bins;
-  for (Part& part : open_) {
-    if (part.is_open && are_shares_alone()) continue;
-    part.is_open = !is_closed(part);
-    if (!part.is_open) close(part);
-  }
-  std::erase_if(open_, [](const Part& part) { return !part.is_open; });
-  double total = 0;
-  bins.reserve(open_.size());
-  each_unless(stop_, open_.size(), [&](std::size_t i) {
-    const double wanted = demand.contribution(open_[i]) / area_.weight;
-    bins.push_back(wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins);
-    if (wanted > 0) sums[static_cast<std::size_t>(bins.back())] += wanted;
-    total += wanted;
+// Closes the open parts that need no more work, and notes the contributions of the others. False: interrupted.
+bool AreaSearch::sort_out(const Demand& demand, std::vector<double>& wanted) {
+  wanted.resize(open_.size());
+  const bool is_whole = each_range(stop_, open_.size(), kPartsASum, in_.pool, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Part& part = open_[i];
+      if (!(part.is_open && are_shares_alone())) part.is_open = !is_closed(part);
+      wanted[i] = part.is_open ? demand.contribution(part) / area_.weight : 0;
+    }
   });
-  int last = -1;
-  for (double sum = 0; last + 1 < kBins && sum < kChosenShare * total;) sum += sums[static_cast<std::size_t>(++last)];
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < bins.size() && chosen.size() < most_chosen(); ++i) {
-    if (bins[i] <= last) chosen.push_back(i);
+  if (!is_whole) return false;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < open_.size(); ++i) {
+    if (!open_[i].is_open) {
+      close(open_[i]);
+      continue;
+    }
+    wanted[kept] = wanted[i];
+    if (kept < i) open_[kept] = open_[i];
+    ++kept;
   }
+  open_.resize(kept);
+  wanted.resize(kept);
+  return true;
+}
+
+// The parts with the largest contributions, by powers of two: as many as are likely to make the intervals narrow
+// enough, and at most as many as were refined before.
+std::vector<std::uint32_t> AreaSearch::choose(const Demand& demand) {
+  constexpr int kBins = 128;
+  const auto bin_of = [](double wanted) {
+    return wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins;
+  };
+  std::vector<double> wanted;
+  if (!sort_out(demand, wanted)) return {};
+  std::array<double, kBins + 1> sums{};
+  double total = 0;
+  for (const double w : wanted) {
+    sums[static_cast<std::size_t>(bin_of(w))] += w;
+    total += w;
+  }
+  const double needed = std::clamp((1 - 1 / total) / kGain, kLeastChosenShare, kChosenShare) * total;
+  int last = -1;
+  for (double sum = 0; last + 1 < kBins && sum < needed;) sum += sums[static_cast<std::size_t>(++last)];
+  std::vector<std::uint32_t> chosen;
+  const std::size_t most = std::max(refined_, kMostChosen);
+  double sum = 0;
+  for (std::size_t i = 0; i < wanted.size() && chosen.size() < most && sum < needed; ++i) {
+    if (bin_of(wanted[i]) > last) continue;
+    chosen.push_back(static_cast<std::uint32_t>(i));
+    sum += wanted[i];
+  }
+  refined_ += chosen.size();
   least_chosen_ = std::ldexp(area_.weight, kBins / 2 - last);
   return chosen;
 }
 
 // Within what is left of the work items, and an eighth of the memory.
-std::size_t AreaSearch::most_chosen() const {
+std::size_t AreaSearch::most_at_once() const {
   const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
-  const std::size_t fit = in_.options.max_memory_bytes / 8 / kBytesOfRefined;
+  const std::size_t fit = in_.options.max_memory_bytes / 8 / Refined::kBytes;
   return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
 }
 
-// Gives each chosen part a lower function, or else divides it and gives one to the parts that still contribute. False:
-// interrupted, and nothing has changed.
-bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& demand) {
+// Refines the chosen parts, some at a time. Ends early where the budget ends. False: interrupted.
+bool AreaSearch::refine(const std::vector<std::uint32_t>& chosen, const Demand& demand) {
+  for (std::size_t begin = 0; begin < chosen.size() && !over_budget();) {
+    const std::size_t count = std::min(chosen.size() - begin, most_at_once());
+    if (!refine_some({chosen.data() + begin, count}, demand)) return false;
+    begin += count;
+  }
+  return true;
+}
+
+// False: interrupted, and nothing has changed.
+bool AreaSearch::refine_some(std::span<const std::uint32_t> chosen, const Demand& demand) {
   std::vector<Refined> found(chosen.size());
   const std::uint64_t left_of_each = (in_.options.max_work_items - work_.subdivisions) / chosen.size();
   std::atomic<bool> stopped{false};
@@ -424,49 +484,56 @@ bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& de
     if (stopped || stop_()) stopped = true;
     const std::size_t end = std::min(chosen.size(), (task + 1) * kPartsATask);
     for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
-      Refined& refined = found[i];
-      refined.first = open_[chosen[i]];
-      refined.first.is_open = false;
-      const auto bound = [&](Part& part) {
-        if (!bounders_[worker].bound_below(part, most_needed(part), works[worker], &stop_)) stopped = true;
-      };
-      const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounders_[worker].floor_of(part)); };
-      const auto bound_if_wanted = [&](Part& part) {
-        if (needs_low(part) && demand.contribution(part) >= least_chosen_) bound(part);
-      };
-      Part& first = refined.first;
-      if (is_worth_measuring(first) && !bounders_[worker].measure(first, works[worker], &stop_)) stopped = true;
-      std::optional<CellParts> cells;
-      if (is_worth_cells(first)) {
-        cells = bounders_[worker].cells(first, left_of_each, works[worker]);
-        first.has_failed = !cells;
-      }
-      if (cells) {
-        for (Part& cell : cells->parts) bound_if_wanted(cell);
-        first = cells->parts.back();
-        cells->parts.pop_back();
-        refined.others = std::move(cells->parts);
-        refined.cell_error = cells->error;
-      } else if (!first.has_low && (needs_low(first) || !bounders_[worker].can_split(first))) {
-        bound(first);
-      } else if (auto parts = bounders_[worker].split(first, works[worker], &stop_)) {
-        for (Part& half : *parts) bound_if_wanted(half);
-        first = (*parts)[0];
-        refined.others = {(*parts)[1]};
-      } else {
-        stopped = true;
-      }
+      found[i].first = open_[chosen[i]];
+      if (!refine_part(bounders_[worker], demand, left_of_each, works[worker], found[i])) stopped = true;
     }
   });
   for (const Work& work : works) work_ += work;
   if (stopped) return false;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     open_[chosen[i]] = found[i].first;
-    open_.insert(open_.end(), found[i].others.begin(), found[i].others.end());
+    for (const Part& part : found[i].others) {
+      is_closed(part) ? close(part) : open_.push_back(part);
+    }
     found[i].others = {};
     area_.cell_error += found[i].cell_error;
   }
   return true;
+}
+
+// Gives the part a lower function, or else divides it and gives one to the parts that still contribute. False:
+// interrupted.
+bool AreaSearch::refine_part(PartBounder& bounder, const Demand& demand, std::uint64_t most_parts, Work& work,
+                             Refined& refined) {
+  Part& first = refined.first;
+  first.is_open = false;
+  const auto bound = [&](Part& part) { return bounder.bound_below(part, most_needed(part), work, &stop_); };
+  const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounder.floor_of(part)); };
+  const auto bound_if_wanted = [&](Part& part) {
+    return !(needs_low(part) && demand.contribution(part) >= least_chosen_) || bound(part);
+  };
+  if (is_worth_measuring(first) && !bounder.measure(first, work, &stop_)) return false;
+  std::optional<CellParts> cells;
+  if (is_worth_cells(first)) {
+    cells = bounder.cells(first, most_parts, work);
+    first.has_failed = !cells;
+  }
+  if (cells) {
+    for (Part& cell : cells->parts) {
+      if (!bound_if_wanted(cell)) return false;
+    }
+    first = cells->parts.back();
+    cells->parts.pop_back();
+    refined.others = std::move(cells->parts);
+    refined.cell_error = cells->error;
+    return true;
+  }
+  if (!first.has_low && (needs_low(first) || !bounder.can_split(first))) return bound(first);
+  const auto parts = bounder.split(first, work, &stop_);
+  if (!parts) return false;
+  first = (*parts)[0];
+  refined.others = {(*parts)[1]};
+  return bound_if_wanted(first) && bound_if_wanted(refined.others[0]);
 }
 
 // Whether a round could need too much: what is held, what choose() and quantile() note of each part, and what is made.
@@ -474,7 +541,7 @@ bool AreaSearch::over_budget() const {
   constexpr std::size_t kNotes = 80;  // also for the blocks of a deque
   const std::size_t open = open_.size() * (sizeof(Part) + kNotes);
   const std::size_t closed = closed_.size() * (sizeof(WeightedEnclosure) + kNotes);
-  const std::size_t made = std::min(open_.size(), most_chosen()) * kBytesOfRefined;
+  const std::size_t made = std::min(open_.size(), most_at_once()) * Refined::kBytes;
   return bytes_of(corners_) + open + closed + made > in_.options.max_memory_bytes ||
          work_.subdivisions >= in_.options.max_work_items;
 }

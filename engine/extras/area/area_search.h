@@ -106,6 +106,7 @@ class AreaSearch {
   struct Limit {
     double down, up;
   };
+  struct Refined;
 
   bool are_shares_alone() const { return !asked_.mean && asked_.quantiles.empty(); }
   bool weigh();
@@ -127,12 +128,16 @@ class AreaSearch {
   bool is_closed(const Part& part) const;
   void close(const Part& part);
   bool close_unvisited(std::size_t begin);
-  bool refine(const std::vector<std::size_t>& chosen, const Demand& demand);
-  std::vector<std::size_t> choose(const Demand& demand);
+  bool add_open(std::vector<ShareSum>& shares, MeanSum& means);
+  bool sort_out(const Demand& demand, std::vector<double>& wanted);
+  std::vector<std::uint32_t> choose(const Demand& demand);
+  bool refine(const std::vector<std::uint32_t>& chosen, const Demand& demand);
+  bool refine_some(std::span<const std::uint32_t> chosen, const Demand& demand);
+  bool refine_part(PartBounder& bounder, const Demand& demand, std::uint64_t most_parts, Work& work, Refined& refined);
   double most_needed(const Part& part) const;
   static bool is_worth_measuring(const Part& part);
   bool is_worth_cells(const Part& part) const;
-  std::size_t most_chosen() const;
+  std::size_t most_at_once() const;
   bool over_budget() const;
   AreaStop interrupted() const;
   AreaBounds result(AreaStop stop) const;
@@ -153,6 +158,7 @@ class AreaSearch {
   MeanSum closed_means_;
 
   AreaBounds known_;           // in frame units: the intersection of all intervals so far
+  std::size_t refined_ = 0;    // parts that were chosen so far
   double least_chosen_ = 0;    // contribution of the parts that choose() takes
   bool is_narrowing_ = false;  // all gates are decided; their shares are narrowed
   Work work_;
