@@ -19,17 +19,15 @@ namespace {
 constexpr std::size_t kVerticesATask = 256;
 constexpr std::size_t kTasksAGrowth = 256;  // of vertices, for which memory is touched at once
 constexpr std::size_t kTrianglesATask = 64;
+constexpr std::size_t kForeseenATask = 16;
 constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
-constexpr std::size_t kPartsATask = 16;
-constexpr std::size_t kPartsASum = 1 << 12;
-constexpr std::size_t kMostChosen = std::size_t{1} << 13;  // parts refined in one round
-constexpr std::size_t kMostMade = 32;                      // parts that mostly come of one
-constexpr double kClosedShare = 0.25;    // of a tolerance that the parts which are closed may add up to
-constexpr double kCellShare = 1.0 / 64;  // of a tolerance that the errors of cells may add up to
-constexpr double kNegligible = 0x1p-50;  // of the area, a part of which is closed
-constexpr double kChosenShare = 0.6;     // of all contributions, refined in one round
-constexpr double kLeastChosenShare = 0.05;
-constexpr double kGain = 0.8;             // of the contribution of a part, which refining it mostly removes
+constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
+constexpr double kCellShare = 1.0 / 64;   // of a tolerance that the errors of cells may add up to
+constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is closed
+constexpr std::size_t kLeastSamples = 8;  // of which the surface must consist for one to be taken
+constexpr double kForeseenShare = 0.85;   // of the tolerances, for the sample
+constexpr double kEarly = 0.5;            // of the least contribution that is refined: what is less is closed
+constexpr double kMostEarly = 0.25;       // of the tolerances, that what is closed early may be to blame for
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
 
 AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
@@ -41,14 +39,6 @@ bool is_decided(const AreaOptions::Beyond& beyond, const AreaInterval& share) {
 }
 
 }  // namespace
-
-// What comes of a part.
-struct AreaSearch::Refined {
-  static constexpr std::size_t kBytes = sizeof(Part) + 64 + kMostMade * sizeof(Part);
-  Part first;
-  std::vector<Part> others;
-  double cell_error = 0;
-};
 
 // A task starts without a hint, so that the distances do not depend on the threads.
 bool measure_vertices(const AreaDirection& direction, const std::optional<std::vector<std::uint32_t>>& rest,
@@ -119,13 +109,55 @@ AreaStop AreaSearch::narrow() {
   if (!weigh()) return interrupted();
   if (area_.none()) return AreaStop::no_area;
   if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
-  if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_)) return interrupted();
+  if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_) || !foresee()) return interrupted();
+  AreaStop stop = bound_and_refine();
+  if (stop == AreaStop::precision_floor && closed_early_ > kMostEarly * area_.weight) {
+    forget();
+    stop = bound_and_refine();
+  }
+  if (stop == AreaStop::complete && in_.options.narrow) narrow_decided();
+  return stop;
+}
+
+AreaStop AreaSearch::bound_and_refine() {
   const std::optional<AreaStop> ended = bound_triangles();
   if (ended && *ended != AreaStop::budget) return *ended;
   if (ended) return update() ? *ended : interrupted();
-  const AreaStop stop = refine_all();
-  if (stop == AreaStop::complete && in_.options.narrow) narrow_decided();
-  return stop;
+  return refine_all();
+}
+
+// Searches a sample of the triangles. What is worth refining there is worth it everywhere: then the triangles are
+// refined one by one, and most of their parts need not be kept. A guess: where it is a poor one, rounds do the rest,
+// or the search begins anew without it. False: interrupted.
+bool AreaSearch::foresee() {
+  const std::size_t count = in_.from.triangles.size(), size = in_.options.thresholds.area_sample;
+  if (are_shares_alone() || size == 0 || count / kLeastSamples < size) return true;
+  Options options = in_.options;
+  options.areas->length_tolerance *= kForeseenShare;
+  options.areas->share_tolerance *= kForeseenShare;
+  const AreaDirection direction{in_.from,  in_.to_mesh, in_.to,     in_.adjacency, in_.frame,   options, in_.most,
+                                in_.upper, in_.error,   in_.bounds, in_.pool,      in_.control, in_.tell};
+  AreaSearch sample(direction);
+  std::vector<std::uint32_t>& chosen = sample.rest_.emplace();
+  for (std::size_t i = 0; i < size; ++i) chosen.push_back(static_cast<std::uint32_t>(i * count / size));
+  sample.corners_.swap(corners_);
+  const bool is_whole = sample.weigh();
+  const bool is_complete = is_whole && !sample.area_.none() && sample.bound_and_refine() == AreaStop::complete;
+  corners_.swap(sample.corners_);
+  work_ += sample.work_;
+  if (is_complete && sample.refined_ > 0) foresight_ = Foresight{sample.last_, sample.least_chosen_};
+  return !stop_();
+}
+
+// Begins anew without foresight. The intervals stay.
+void AreaSearch::forget() {
+  foresight_.reset();
+  open_.clear();
+  closed_.clear();
+  closed_shares_.assign(asked_.beyond.size(), {});
+  closed_means_ = {};
+  area_.cell_error = 0;
+  area_.terms = 0;
 }
 
 // Whatever ends it, every gate is decided.
@@ -149,14 +181,15 @@ AreaStop AreaSearch::refine_all() {
     const std::vector<std::uint32_t> chosen = choose(wanted);
     if (stop_()) return interrupted();
     if (chosen.empty()) return AreaStop::precision_floor;
+    last_ = wanted;
     if (!refine(chosen, wanted)) return interrupted();
   }
 }
 
 // False, as of the functions below: interrupted.
 bool AreaSearch::weigh() {
-  return each_unless(stop_, in_.from.triangles.size(), [&](std::size_t t) {
-    const AreaWeights::Weight w = weights_.of(t);
+  return each_unless(stop_, to_visit(), [&](std::size_t i) {
+    const AreaWeights::Weight w = weights_.of(visited(i));
     area_.weight += w.weight;
     area_.error += w.error;
   });
@@ -190,31 +223,53 @@ bool AreaSearch::leave_out_decided() {
 
 // nullopt: all triangles are bounded. After `budget`, those that are left have the distance [0, most].
 std::optional<AreaStop> AreaSearch::bound_triangles() {
-  const std::size_t count = to_visit();
-  std::vector<Part> parts;
-  for (std::size_t begin = 0; begin < count; begin += kTasksABatch * kTrianglesATask) {
+  const std::size_t count = to_visit(), each = foresight_ ? kForeseenATask : kTrianglesATask;
+  for (std::size_t begin = 0; begin < count; begin += kTasksABatch * each) {
     if (stop_()) return interrupted();
     if (over_budget()) return close_unvisited(begin) ? AreaStop::budget : interrupted();
-    const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
-    parts.resize(end - begin);
+    const std::size_t end = std::min(count, begin + kTasksABatch * each);
+    const std::uint64_t most_parts = (in_.options.max_work_items - work_.subdivisions) / (end - begin);
+    std::vector<Bounded> found(tasks_for(end - begin, each));
     std::atomic<bool> stopped{false};
-    in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t worker, std::size_t task) {
+    in_.pool.run(found.size(), [&](std::size_t worker, std::size_t task) {
       if (stopped || stop_()) stopped = true;
-      const std::size_t last = stopped ? begin : std::min(end, begin + (task + 1) * kTrianglesATask);
-      for (std::size_t t = begin + task * kTrianglesATask; t < last; ++t)
-        take_triangle(bounders_[worker], visited(t), parts[t - begin]);
+      const std::size_t last = stopped ? begin : std::min(end, begin + (task + 1) * each);
+      for (std::size_t t = begin + task * each; t < last; ++t) {
+        if (!take_triangle(bounders_[worker], visited(t), most_parts, found[task])) stopped = true;
+      }
     });
     if (stopped) return interrupted();
-    for (const Part& part : parts) is_closed(part) ? close(part) : open_.push_back(part);
+    for (const Bounded& one : found) take_over(one);
   }
-  corners_ = {};
   return std::nullopt;
 }
 
-void AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, Part& part) {
-  Work work;
+void AreaSearch::take_over(const Bounded& found) {
+  work_ += found.work;
+  area_.cell_error += found.cell_error;
+  for (const Part& part : found.parts) {
+    if (is_closed(part)) {
+      close(part);
+      continue;
+    }
+    const double contribution = foresight_ ? foresight_->demand.contribution(part) : 0;
+    if (foresight_ && contribution < kEarly * foresight_->least) {
+      closed_early_ += contribution;
+      close(part);
+    } else {
+      open_.push_back(part);
+    }
+  }
+}
+
+// False: interrupted.
+bool AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, std::uint64_t most_parts, Bounded& found) {
   const Triangle& t = in_.from.triangles[triangle];
-  part = bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight, work);
+  const Part whole =
+      bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight, found.work);
+  if (foresight_) return refine_triangle(bounder, whole, most_parts, found);
+  found.parts.push_back(whole);
+  return true;
 }
 
 bool AreaSearch::close_unvisited(std::size_t begin) {
@@ -364,186 +419,6 @@ void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) cons
   });
   const double scale = sum > 0 ? width / tolerance * area_.weight / sum : 1;
   for (const double t : at) demand.probes.push_back({t, t, scale});
-}
-
-// The values from which a lower function of the part is as good as a higher one.
-double AreaSearch::most_needed(const Part& part) const {
-  // From the nearest corner down: the lower, the less of B matters.
-  constexpr double kAbove = 1.125, kNear = 1.03;
-  if (!are_shares_alone()) return in_.most;
-  const auto& [a, b, c] = part.corners;
-  const double nearest = std::min({a.distance, b.distance, c.distance});
-  double limit = 0;
-  for (const Limit& l : limits_) limit = std::max(limit, l.up);
-  return nearest > kNear * limit ? std::min(kAbove * limit, (nearest + limit) / 2) : in_.most;
-}
-
-// Whether a part whose corners are not measured should be: its functions are far apart.
-bool AreaSearch::is_worth_measuring(const Part& part) {
-  constexpr double kLoose = 0.05;
-  if (!part.is_rough || !part.has_low) return false;
-  double gap = 0;
-  for (std::size_t i = 0; i < 3; ++i) gap += part.enclosure.high[i] - part.enclosure.low[i];
-  return gap > 3 * kLoose * most(part.enclosure.high);
-}
-
-// Whether the part lies under several triangles of B, none of which bounds it well, and is not beyond all limits.
-bool AreaSearch::is_worth_cells(const Part& part) const {
-  const auto& [a, b, c] = part.corners;
-  if (part.is_cell || part.has_failed || (a.slot == b.slot && a.slot == c.slot)) return false;
-  constexpr double kLoose = 1.1;
-  const Linear& high = part.enclosure.high;
-  if (high[0] + high[1] + high[2] <= kLoose * (a.distance + b.distance + c.distance)) return false;
-  const double nearest = std::min({a.distance, b.distance, c.distance});
-  if (!are_shares_alone()) return true;
-  return std::any_of(limits_.begin(), limits_.end(),
-                     [&](const Limit& l) { return nearest <= l.up && most(high) > l.down; });
-}
-
-// Closes the open parts that need no more work, and notes the contributions of the others. False: interrupted.
-bool AreaSearch::sort_out(const Demand& demand, std::vector<double>& wanted) {
-  wanted.resize(open_.size());
-  const bool is_whole = each_range(stop_, open_.size(), kPartsASum, in_.pool, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Part& part = open_[i];
-      if (!(part.is_open && are_shares_alone())) part.is_open = !is_closed(part);
-      wanted[i] = part.is_open ? demand.contribution(part) / area_.weight : 0;
-    }
-  });
-  if (!is_whole) return false;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < open_.size(); ++i) {
-    if (!open_[i].is_open) {
-      close(open_[i]);
-      continue;
-    }
-    wanted[kept] = wanted[i];
-    if (kept < i) open_[kept] = open_[i];
-    ++kept;
-  }
-  open_.resize(kept);
-  wanted.resize(kept);
-  return true;
-}
-
-// The parts with the largest contributions, by powers of two: as many as are likely to make the intervals narrow
-// enough, and at most as many as were refined before.
-std::vector<std::uint32_t> AreaSearch::choose(const Demand& demand) {
-  constexpr int kBins = 128;
-  const auto bin_of = [](double wanted) {
-    return wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins;
-  };
-  std::vector<double> wanted;
-  if (!sort_out(demand, wanted)) return {};
-  std::array<double, kBins + 1> sums{};
-  double total = 0;
-  for (const double w : wanted) {
-    sums[static_cast<std::size_t>(bin_of(w))] += w;
-    total += w;
-  }
-  const double needed = std::clamp((1 - 1 / total) / kGain, kLeastChosenShare, kChosenShare) * total;
-  int last = -1;
-  for (double sum = 0; last + 1 < kBins && sum < needed;) sum += sums[static_cast<std::size_t>(++last)];
-  std::vector<std::uint32_t> chosen;
-  const std::size_t most = std::max(refined_, kMostChosen);
-  double sum = 0;
-  for (std::size_t i = 0; i < wanted.size() && chosen.size() < most && sum < needed; ++i) {
-    if (bin_of(wanted[i]) > last) continue;
-    chosen.push_back(static_cast<std::uint32_t>(i));
-    sum += wanted[i];
-  }
-  refined_ += chosen.size();
-  least_chosen_ = std::ldexp(area_.weight, kBins / 2 - last);
-  return chosen;
-}
-
-// Within what is left of the work items, and an eighth of the memory.
-std::size_t AreaSearch::most_at_once() const {
-  const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
-  const std::size_t fit = in_.options.max_memory_bytes / 8 / Refined::kBytes;
-  return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
-}
-
-// Refines the chosen parts, some at a time. Ends early where the budget ends. False: interrupted.
-bool AreaSearch::refine(const std::vector<std::uint32_t>& chosen, const Demand& demand) {
-  for (std::size_t begin = 0; begin < chosen.size() && !over_budget();) {
-    const std::size_t count = std::min(chosen.size() - begin, most_at_once());
-    if (!refine_some({chosen.data() + begin, count}, demand)) return false;
-    begin += count;
-  }
-  return true;
-}
-
-// False: interrupted, and nothing has changed.
-bool AreaSearch::refine_some(std::span<const std::uint32_t> chosen, const Demand& demand) {
-  std::vector<Refined> found(chosen.size());
-  const std::uint64_t left_of_each = (in_.options.max_work_items - work_.subdivisions) / chosen.size();
-  std::atomic<bool> stopped{false};
-  std::vector<Work> works(in_.pool.size());
-  in_.pool.run(tasks_for(chosen.size(), kPartsATask), [&](std::size_t worker, std::size_t task) {
-    if (stopped || stop_()) stopped = true;
-    const std::size_t end = std::min(chosen.size(), (task + 1) * kPartsATask);
-    for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
-      found[i].first = open_[chosen[i]];
-      if (!refine_part(bounders_[worker], demand, left_of_each, works[worker], found[i])) stopped = true;
-    }
-  });
-  for (const Work& work : works) work_ += work;
-  if (stopped) return false;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    open_[chosen[i]] = found[i].first;
-    for (const Part& part : found[i].others) {
-      is_closed(part) ? close(part) : open_.push_back(part);
-    }
-    found[i].others = {};
-    area_.cell_error += found[i].cell_error;
-  }
-  return true;
-}
-
-// Gives the part a lower function, or else divides it and gives one to the parts that still contribute. False:
-// interrupted.
-bool AreaSearch::refine_part(PartBounder& bounder, const Demand& demand, std::uint64_t most_parts, Work& work,
-                             Refined& refined) {
-  Part& first = refined.first;
-  first.is_open = false;
-  const auto bound = [&](Part& part) { return bounder.bound_below(part, most_needed(part), work, &stop_); };
-  const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounder.floor_of(part)); };
-  const auto bound_if_wanted = [&](Part& part) {
-    return !(needs_low(part) && demand.contribution(part) >= least_chosen_) || bound(part);
-  };
-  if (is_worth_measuring(first) && !bounder.measure(first, work, &stop_)) return false;
-  std::optional<CellParts> cells;
-  if (is_worth_cells(first)) {
-    cells = bounder.cells(first, most_parts, work);
-    first.has_failed = !cells;
-  }
-  if (cells) {
-    for (Part& cell : cells->parts) {
-      if (!bound_if_wanted(cell)) return false;
-    }
-    first = cells->parts.back();
-    cells->parts.pop_back();
-    refined.others = std::move(cells->parts);
-    refined.cell_error = cells->error;
-    return true;
-  }
-  if (!first.has_low && (needs_low(first) || !bounder.can_split(first))) return bound(first);
-  const auto parts = bounder.split(first, work, &stop_);
-  if (!parts) return false;
-  first = (*parts)[0];
-  refined.others = {(*parts)[1]};
-  return bound_if_wanted(first) && bound_if_wanted(refined.others[0]);
-}
-
-// Whether a round could need too much: what is held, what choose() and quantile() note of each part, and what is made.
-bool AreaSearch::over_budget() const {
-  constexpr std::size_t kNotes = 80;  // also for the blocks of a deque
-  const std::size_t open = open_.size() * (sizeof(Part) + kNotes);
-  const std::size_t closed = closed_.size() * (sizeof(WeightedEnclosure) + kNotes);
-  const std::size_t made = std::min(open_.size(), most_at_once()) * Refined::kBytes;
-  return bytes_of(corners_) + open + closed + made > in_.options.max_memory_bytes ||
-         work_.subdivisions >= in_.options.max_work_items;
 }
 
 AreaStop AreaSearch::interrupted() const {

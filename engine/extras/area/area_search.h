@@ -107,12 +107,29 @@ class AreaSearch {
     double down, up;
   };
   struct Refined;
+  // What is worth refining: what contributes at least `least`.
+  struct Foresight {
+    Demand demand;
+    double least;
+  };
+  // What comes of some triangles.
+  struct Bounded {
+    std::vector<Part> parts;
+    double cell_error = 0;
+    Work work;
+  };
+  static constexpr std::size_t kPartsASum = std::size_t{1} << 12;  // a task of a pass over all parts
 
   bool are_shares_alone() const { return !asked_.mean && asked_.quantiles.empty(); }
   bool weigh();
   bool leave_out_decided();
   std::optional<AreaStop> bound_triangles();
-  void take_triangle(PartBounder& bounder, std::size_t triangle, Part& part);
+  bool take_triangle(PartBounder& bounder, std::size_t triangle, std::uint64_t most_parts, Bounded& found);
+  bool refine_triangle(PartBounder& bounder, const Part& whole, std::uint64_t most_parts, Bounded& found);
+  void take_over(const Bounded& found);
+  bool foresee();
+  void forget();
+  AreaStop bound_and_refine();
   std::size_t to_visit() const { return rest_ ? rest_->size() : in_.from.triangles.size(); }
   std::size_t visited(std::size_t i) const { return rest_ ? (*rest_)[i] : i; }
   AreaStop narrow();
@@ -133,7 +150,8 @@ class AreaSearch {
   std::vector<std::uint32_t> choose(const Demand& demand);
   bool refine(const std::vector<std::uint32_t>& chosen, const Demand& demand);
   bool refine_some(std::span<const std::uint32_t> chosen, const Demand& demand);
-  bool refine_part(PartBounder& bounder, const Demand& demand, std::uint64_t most_parts, Work& work, Refined& refined);
+  bool refine_part(PartBounder& bounder, const Foresight& aim, std::uint64_t most_parts, Work& work, Refined& refined);
+  bool bound_cells(PartBounder& bounder, const Foresight& aim, CellParts& cells, Work& work);
   double most_needed(const Part& part) const;
   static bool is_worth_measuring(const Part& part);
   bool is_worth_cells(const Part& part) const;
@@ -157,10 +175,13 @@ class AreaSearch {
   std::vector<ShareSum> closed_shares_;
   MeanSum closed_means_;
 
-  AreaBounds known_;           // in frame units: the intersection of all intervals so far
-  std::size_t refined_ = 0;    // parts that were chosen so far
-  double least_chosen_ = 0;    // contribution of the parts that choose() takes
-  bool is_narrowing_ = false;  // all gates are decided; their shares are narrowed
+  AreaBounds known_;                    // in frame units: the intersection of all intervals so far
+  Demand last_;                         // that of the last round
+  std::optional<Foresight> foresight_;  // from a sample of the triangles
+  double closed_early_ = 0;             // contribution of what was closed by foresight
+  std::size_t refined_ = 0;             // parts that were chosen so far
+  double least_chosen_ = 0;             // contribution of the parts that choose() takes
+  bool is_narrowing_ = false;           // all gates are decided; their shares are narrowed
   Work work_;
 };
 

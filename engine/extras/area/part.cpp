@@ -14,7 +14,8 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kMaxVisits = 32;  // of triangles of B by one overlay
+constexpr std::size_t kMaxVisits = 32;       // of triangles of B by one overlay
+constexpr double kLeastCrossing = 1.0 / 64;  // of the other side's height: a smaller side is not worth a part
 
 double sum(const Linear& f) { return f[0] + f[1] + f[2]; }
 
@@ -33,6 +34,8 @@ double longest(const std::array<Corner, 3>& corners) {
   const PartCut edge = longest_edge(corners);
   return (corners[edge.a].point - corners[edge.b].point).norm();
 }
+
+Vec3 point_of(const PreparedTriangle& frame, const Vec2& at) { return frame.a + at.x() * frame.e1 + at.y() * frame.e2; }
 
 // Where the distance to one owner passes that to the other on the way from a to b, within `resolution`.
 double crossing(const PreparedTriangle& of_a, const PreparedTriangle& of_b, const Vec3& a, const Vec3& b,
@@ -127,16 +130,27 @@ Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, Wor
   return part;
 }
 
-bool PartBounder::bound_below(Part& part, double most, Work& work, const Interrupted* stop) {
-  const double slack = slack_low(part.depth);
-  std::array<Corner, 3> corners = part.corners;
-  for (Corner& corner : corners) corner.distance = std::min(corner.distance, most + 2 * slack);
-  const auto minorant = linear_minorant(to_, corners, sum(part.enclosure.low) + 3 * slack, work, stop);
-  if (!minorant) return false;
-  Linear low = *minorant;
-  for (double& value : low) value -= slack;
-  if (sum(low) > sum(part.enclosure.low)) part.enclosure.low = low;
-  part.has_low = true;
+bool PartBounder::bound_fan_below(std::span<Part> fan, double most, Work& work, const Interrupted* stop) {
+  const double slack = slack_low(fan[0].depth), wanted = most + 2 * slack;
+  std::array<MinorantPoint, kMostMinorantPoints> points;
+  std::size_t size = 0;
+  double known = 0;
+  const auto add = [&](const Part& part, std::size_t i) {
+    const Corner& corner = part.corners[i];
+    points[size++] = {corner.point, std::min(corner.distance, wanted), corner.slot};
+    known += part.enclosure.low[i] + slack;
+  };
+  add(fan[0], 0);
+  add(fan[0], 1);
+  for (const Part& part : fan) add(part, 2);
+  const auto found = lower_to_minorant(to_, {points.data(), size}, known, work, stop);
+  if (found == MinorantFound::interrupted) return false;
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    Part& part = fan[i];
+    part.has_low = true;
+    const Linear low{points[0].value - slack, points[i + 1].value - slack, points[i + 2].value - slack};
+    if (found == MinorantFound::yes && sum(low) > sum(part.enclosure.low)) part.enclosure.low = low;
+  }
   return true;
 }
 
@@ -217,23 +231,50 @@ std::optional<CellParts> PartBounder::cells(const Part& part, std::uint64_t most
   const double whole = found->frame.length * found->frame.cy;  // areas here are doubled
   CellParts made;
   double sum = 0;
-  for (const Overlay::Cell& cell : found->cells) sum += add_cell(part, found->frame, cell, whole, made.parts);
+  for (const Overlay::Cell& cell : found->cells) sum += add_cell(part, found->frame, cell, whole, made);
   const double error =
-      std::abs(sum - whole) + rounding::cell_error(found->cells.size(), made.parts.size(), found->frame.length);
+      std::abs(sum - whole) + rounding::cell_error(made.fans.size(), made.parts.size(), found->frame.length);
   if (!(error <= most_cell_error_ * whole) || made.parts.size() > most_parts) return std::nullopt;
   work.subdivisions += made.parts.size();
   made.error = part.weight * (error / whole);
   return made;
 }
 
-// Adds the parts of a cell. Returns their area.
+// Adds the parts of a cell, on each side of its triangle's plane. Returns their area.
 double PartBounder::add_cell(const Part& part, const PreparedTriangle& frame, const Overlay::Cell& cell, double whole,
-                             std::vector<Part>& made) const {
+                             CellParts& made) const {
   const PreparedTriangle over = to_.prepared(cell.triangle);
+  const Vec3 normal = over.e1.cross(over.e2);
+  const Polygon& polygon = cell.polygon;
+  std::array<double, Polygon::kMaxCorners> heights;
+  double highest = 0, lowest = 0;
+  for (std::size_t i = 0; i < polygon.size; ++i) {
+    heights[i] = (point_of(frame, polygon.corners[i]) - over.a).dot(normal);
+    highest = std::max(highest, heights[i]), lowest = std::min(lowest, heights[i]);
+  }
+  const auto add = [&](const Polygon& one) { return add_fan(part, frame, over, {cell.triangle, one}, whole, made); };
+  if (std::min(highest, -lowest) < kLeastCrossing * std::max(highest, -lowest)) return add(polygon);
+  Polygon above, below;
+  for (std::size_t i = 0; i < polygon.size; ++i) {
+    const std::size_t next = i + 1 == polygon.size ? 0 : i + 1;
+    const double at = heights[i], end = heights[next];
+    const Vec2 &x = polygon.corners[i], &y = polygon.corners[next];
+    (at >= 0 ? above : below).add(x);
+    if ((at >= 0) == (end >= 0)) continue;
+    const Vec2 between = x + (at / (at - end)) * (y - x);
+    above.add(between);
+    below.add(between);
+  }
+  return add(above) + add(below);
+}
+
+// Adds the triangles of a polygon from its first corner. Returns their area.
+double PartBounder::add_fan(const Part& part, const PreparedTriangle& frame, const PreparedTriangle& over,
+                            const Overlay::Cell& cell, double whole, CellParts& made) const {
   const Polygon& polygon = cell.polygon;
   std::array<Corner, Polygon::kMaxCorners> corners;
   for (std::size_t i = 0; i < polygon.size; ++i) {
-    const Vec3 p = frame.a + polygon.corners[i].x() * frame.e1 + polygon.corners[i].y() * frame.e2;
+    const Vec3 p = point_of(frame, polygon.corners[i]);
     corners[i] = {p, distance(over, p), cell.triangle};
   }
   const double low = std::max(least(part.enclosure.low), 0.0);
@@ -246,8 +287,9 @@ double PartBounder::add_cell(const Part& part, const PreparedTriangle& frame, co
     one.depth = part.depth + rounding::kCellLevels;
     one.is_cell = one.is_rough = true;
     for (std::size_t k = 0; k < 3; ++k) one.enclosure.high[k] = one.corners[k].distance + slack_high(one.depth);
-    made.push_back(one);
+    made.parts.push_back(one);
   }
+  if (polygon.size > 2) made.fans.push_back(made.parts.size());
   return sum;
 }
 

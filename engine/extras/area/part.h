@@ -24,10 +24,12 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "engine/extras/area/enclosure.h"
+#include "engine/extras/area/minorant.h"
 #include "engine/fast/bounds/overlay.h"
 #include "engine/search/piece.h"
 #include "engine/tree/bvh.h"
@@ -49,7 +51,8 @@ struct Part {
 // The cells of a part.
 struct CellParts {
   std::vector<Part> parts;
-  double error = 0;  // at least |e| + r of the statement, as a weight
+  std::vector<std::size_t> fans;  // the ends of the cells' parts in `parts`
+  double error = 0;               // at least |e| + r of the statement, as a weight
 };
 
 // A cut of a part from a point of the edge ab to the corner c: numbers of corners.
@@ -74,7 +77,13 @@ class PartBounder {
   // A whole triangle with measured corners; its enclosure has an upper function and no lower one.
   Part whole(const std::array<Corner, 3>& corners, double weight, Work& work);
   // Adds a lower function; its values need not be more than `most`. False: `stop` returned true; the part is unchanged.
-  bool bound_below(Part& part, double most, Work& work, const Interrupted* stop);
+  bool bound_below(Part& part, double most, Work& work, const Interrupted* stop) {
+    return bound_fan_below({&part, 1}, most, work, stop);
+  }
+  // The same for each of several parts of one depth: the triangles of a polygon from its first corner, as cells() makes
+  // them. At most kMostOfFan.
+  bool bound_fan_below(std::span<Part> fan, double most, Work& work, const Interrupted* stop);
+  static constexpr std::size_t kMostOfFan = kMostMinorantPoints - 2;
   // Cuts the part in two, each with the functions of the whole or narrower ones, without a lower one of its own.
   // nullopt: `stop` returned true.
   std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop);
@@ -98,7 +107,9 @@ class PartBounder {
   bool is_within(Linear& high, double slack, const Part& part, Work& work);
   void tighten_by_overlay(const Part& part, Linear& high, Work& work);
   double add_cell(const Part& part, const PreparedTriangle& frame, const Overlay::Cell& cell, double whole,
-                  std::vector<Part>& made) const;
+                  CellParts& made) const;
+  double add_fan(const Part& part, const PreparedTriangle& frame, const PreparedTriangle& over,
+                 const Overlay::Cell& cell, double whole, CellParts& made) const;
   PartCut cut_of(const Part& part) const;
   std::optional<double> crease(const Corner& a, const Corner& b, double length) const;
 
