@@ -19,7 +19,7 @@ constexpr std::size_t kMostChosen = std::size_t{1} << 13;  // parts refined in o
 constexpr std::size_t kMostMade = 32;                      // parts that mostly come of one
 constexpr double kChosenShare = 0.6;                       // of all contributions, refined in one round
 constexpr double kLeastChosenShare = 0.05;
-constexpr double kGain = 0.8;                // of the contribution of a part, which refining it mostly removes
+constexpr double kGain = 0.5;                // of the contribution of a part, which refining it mostly removes
 constexpr std::size_t kMostOfTriangle = 64;  // parts that a triangle is refined to by foresight
 
 }  // namespace
@@ -109,7 +109,7 @@ std::vector<std::uint32_t> AreaSearch::choose(const Demand& demand) {
     sums[static_cast<std::size_t>(bin_of(w))] += w;
     total += w;
   }
-  const double needed = std::clamp((1 - 1 / total) / kGain, kLeastChosenShare, kChosenShare) * total;
+  const double needed = std::clamp(demand.excess / kGain, kLeastChosenShare * total, kChosenShare * total);
   int last = -1;
   for (double sum = 0; last + 1 < kBins && sum < needed;) sum += sums[static_cast<std::size_t>(++last)];
   std::vector<std::uint32_t> chosen;

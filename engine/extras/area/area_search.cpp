@@ -20,12 +20,14 @@ constexpr std::size_t kVerticesATask = 256;
 constexpr std::size_t kTasksAGrowth = 256;  // of vertices, for which memory is touched at once
 constexpr std::size_t kTrianglesATask = 64;
 constexpr std::size_t kForeseenATask = 16;
-constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
-constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
-constexpr double kCellShare = 1.0 / 64;   // of a tolerance that the errors of cells may add up to
-constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is closed
-constexpr std::size_t kLeastSamples = 8;  // of which the surface must consist for one to be taken
-constexpr double kForeseenShare = 0.85;   // of the tolerances, for the sample
+constexpr std::size_t kTasksABatch = 64;   // of triangles, between two steps that keep what was found
+constexpr double kClosedShare = 0.25;      // of a tolerance that the parts which are closed may add up to
+constexpr double kCellShare = 1.0 / 64;    // of a tolerance that the errors of cells may add up to
+constexpr double kNegligible = 0x1p-50;    // of the area, a part of which is closed
+constexpr std::size_t kLeastSamples = 16;  // of which the surface must consist for one to be taken
+constexpr double kForeseenShare = 0.95;    // of the tolerances, for the sample
+constexpr double kFactor = 1.5;            // between two attempts to refine the sample
+constexpr int kMostAttempts = 12;
 constexpr double kEarly = 0.5;            // of the least contribution that is refined: what is less is closed
 constexpr double kMostEarly = 0.25;       // of the tolerances, that what is closed early may be to blame for
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
@@ -137,16 +139,42 @@ bool AreaSearch::foresee() {
   options.areas->share_tolerance *= kForeseenShare;
   const AreaDirection direction{in_.from,  in_.to_mesh, in_.to,     in_.adjacency, in_.frame,   options, in_.most,
                                 in_.upper, in_.error,   in_.bounds, in_.pool,      in_.control, in_.tell};
-  AreaSearch sample(direction);
-  std::vector<std::uint32_t>& chosen = sample.rest_.emplace();
-  for (std::size_t i = 0; i < size; ++i) chosen.push_back(static_cast<std::uint32_t>(i * count / size));
-  sample.corners_.swap(corners_);
-  const bool is_whole = sample.weigh();
-  const bool is_complete = is_whole && !sample.area_.none() && sample.bound_and_refine() == AreaStop::complete;
-  corners_.swap(sample.corners_);
-  work_ += sample.work_;
-  if (is_complete && sample.refined_ > 0) foresight_ = Foresight{sample.last_, sample.least_chosen_};
+  std::vector<std::uint32_t> sample(size);
+  for (std::size_t i = 0; i < size; ++i) sample[i] = static_cast<std::uint32_t>(i * count / size);
+  const std::optional<Foresight> first = searched(direction, sample, std::nullopt);
+  if (!first) return !stop_();
+  const auto attempt = [&](double least) { return searched(direction, sample, Foresight{first->demand, least}); };
+  foresight_ = attempt(first->least);
+  double least = first->least;
+  const bool is_enough = foresight_.has_value();
+  for (int i = 0; i < kMostAttempts && !stop_(); ++i) {
+    least = is_enough ? least * kFactor : least / kFactor;
+    const std::optional<Foresight> found = attempt(least);
+    if (found) foresight_ = found;
+    if (found.has_value() != is_enough) break;
+  }
   return !stop_();
+}
+
+// Searches a sample, with corners that are measured: by rounds, or by `foresight` alone. Returns what was worth
+// refining. nullopt: its intervals are not narrow enough, or it needs no refining.
+std::optional<AreaSearch::Foresight> AreaSearch::searched(const AreaDirection& direction,
+                                                          const std::vector<std::uint32_t>& sample,
+                                                          const std::optional<Foresight>& foresight) {
+  AreaSearch search(direction);
+  search.rest_ = sample;
+  search.foresight_ = foresight;
+  search.corners_.swap(corners_);
+  bool is_complete = search.weigh() && !search.area_.none();
+  if (is_complete && foresight) {
+    is_complete = !search.bound_triangles() && search.update() && search.demand().met();
+  } else if (is_complete) {
+    is_complete = search.bound_and_refine() == AreaStop::complete && search.refined_ > 0;
+  }
+  corners_.swap(search.corners_);
+  work_ += search.work_;
+  if (!is_complete) return std::nullopt;
+  return foresight ? foresight : Foresight{search.demand(true), search.least_chosen_};
 }
 
 // Begins anew without foresight. The intervals stay.
@@ -181,7 +209,6 @@ AreaStop AreaSearch::refine_all() {
     const std::vector<std::uint32_t> chosen = choose(wanted);
     if (stop_()) return interrupted();
     if (chosen.empty()) return AreaStop::precision_floor;
-    last_ = wanted;
     if (!refine(chosen, wanted)) return interrupted();
   }
 }
@@ -386,20 +413,29 @@ bool AreaSearch::is_narrow(std::size_t k) const {
   return is_decided(asked_.beyond[k], share) && (!is_narrowing_ || width <= kNarrowRelative * share.upper);
 }
 
-Demand AreaSearch::demand() const {
+Demand AreaSearch::demand(bool of_all) const {
   Demand demand;
+  const auto is_asked = [&](const AreaInterval& known, double tolerance, bool is_enough) {
+    if (is_enough && !of_all) return false;
+    demand.excess = std::max(demand.excess, (known.upper - known.lower) / tolerance - 1);
+    return true;
+  };
+  const auto is_length_asked = [&](const AreaInterval& known) {
+    const double tolerance = tolerance_of(known.upper);
+    return is_asked(known, tolerance, known.upper - known.lower <= tolerance);
+  };
   for (std::size_t k = 0; k < limits_.size(); ++k) {
-    if (!is_narrow(k)) demand.probes.push_back({limits_[k].down, limits_[k].up, 1 / tolerance_of_share(k)});
+    const double tolerance = tolerance_of_share(k);
+    if (is_asked(known_.beyond[k], tolerance, is_narrow(k)))
+      demand.probes.push_back({limits_[k].down, limits_[k].up, 1 / tolerance});
   }
-  for (const AreaInterval& q : known_.quantiles) demand_quantile(q, demand);
-  if (known_.mean) {
-    const double tolerance = tolerance_of(known_.mean->upper);
-    if (known_.mean->upper - known_.mean->lower > tolerance) demand.mean = 1 / tolerance;
+  for (const AreaInterval& q : known_.quantiles) {
+    if (is_length_asked(q)) demand_quantile(q, demand);
   }
-  if (known_.rms) {
+  if (known_.mean && is_length_asked(*known_.mean)) demand.mean = 1 / tolerance_of(known_.mean->upper);
+  if (known_.rms && is_length_asked(*known_.rms)) {
     const auto& [lower, upper] = *known_.rms;
-    const double tolerance = tolerance_of(upper);
-    if (upper - lower > tolerance) demand.square = 1 / (tolerance * (upper + lower));
+    demand.square = 1 / (tolerance_of(upper) * (upper + lower));
   }
   return demand;
 }
@@ -407,8 +443,7 @@ Demand AreaSearch::demand() const {
 // The widths of the shares at the ends and in the middle of the interval, scaled so that they add up to its width in
 // tolerances.
 void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) const {
-  const double width = known.upper - known.lower, tolerance = tolerance_of(known.upper);
-  if (width <= tolerance) return;
+  const double width = known.upper - known.lower;
   const std::array at{known.lower, known.lower + width / 2, known.upper};
   double sum = 0;
   each_unless(stop_, open_.size(), [&](std::size_t i) {
@@ -417,7 +452,7 @@ void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) cons
       sum += part.weight * (share_beyond(part.enclosure.high, t) - share_beyond(part.enclosure.low, t));
     }
   });
-  const double scale = sum > 0 ? width / tolerance * area_.weight / sum : 1;
+  const double scale = sum > 0 ? width / tolerance_of(known.upper) * area_.weight / sum : 1;
   for (const double t : at) demand.probes.push_back({t, t, scale});
 }
 

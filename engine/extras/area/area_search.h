@@ -69,6 +69,7 @@ struct Demand {
   std::vector<Probe> probes;
   double mean = 0;
   double square = 0;
+  double excess = 0;  // of the widest interval: its width, less a tolerance, in tolerances
 
   bool met() const { return probes.empty() && mean == 0 && square == 0; }
 
@@ -128,6 +129,8 @@ class AreaSearch {
   bool refine_triangle(PartBounder& bounder, const Part& whole, std::uint64_t most_parts, Bounded& found);
   void take_over(const Bounded& found);
   bool foresee();
+  std::optional<Foresight> searched(const AreaDirection& direction, const std::vector<std::uint32_t>& sample,
+                                    const std::optional<Foresight>& foresight);
   void forget();
   AreaStop bound_and_refine();
   std::size_t to_visit() const { return rest_ ? rest_->size() : in_.from.triangles.size(); }
@@ -137,7 +140,8 @@ class AreaSearch {
   void narrow_decided();
   bool update();
   bool update_quantiles(const TotalArea& area);
-  Demand demand() const;
+  // `of_all`: also of what is narrow enough.
+  Demand demand(bool of_all = false) const;
   void demand_quantile(const AreaInterval& known, Demand& demand) const;
   double tolerance_of(double length) const;
   double tolerance_of_share(std::size_t k) const;
@@ -176,7 +180,6 @@ class AreaSearch {
   MeanSum closed_means_;
 
   AreaBounds known_;                    // in frame units: the intersection of all intervals so far
-  Demand last_;                         // that of the last round
   std::optional<Foresight> foresight_;  // from a sample of the triangles
   double closed_early_ = 0;             // contribution of what was closed by foresight
   std::size_t refined_ = 0;             // parts that were chosen so far
