@@ -25,10 +25,11 @@ constexpr double kClosedShare = 0.25;      // of a tolerance that the parts whic
 constexpr double kCellShare = 1.0 / 64;    // of a tolerance that the errors of cells may add up to
 constexpr double kNegligible = 0x1p-50;    // of the area, a part of which is closed
 constexpr std::size_t kLeastSamples = 16;  // of which the surface must consist for one to be taken
-constexpr double kForeseenShare = 0.95;    // of the tolerances, for the sample
+constexpr double kForeseenShare = 0.93;    // of the tolerances, for the sample
 constexpr double kFactor = 1.5;            // between two attempts to refine the sample
 constexpr int kMostAttempts = 12;
 constexpr double kEarly = 0.5;            // of the least contribution that is refined: what is less is closed
+constexpr std::size_t kOpenShare = 4;     // the other parts, while they take no more than this part of the memory
 constexpr double kMostEarly = 0.25;       // of the tolerances, that what is closed early may be to blame for
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
 
@@ -113,7 +114,7 @@ AreaStop AreaSearch::narrow() {
   if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
   if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_) || !foresee()) return interrupted();
   AreaStop stop = bound_and_refine();
-  if (stop == AreaStop::precision_floor && closed_early_ > kMostEarly * area_.weight) {
+  while (stop == AreaStop::precision_floor && closed_early_ > kMostEarly * area_.weight) {
     forget();
     stop = bound_and_refine();
   }
@@ -177,9 +178,13 @@ std::optional<AreaSearch::Foresight> AreaSearch::searched(const AreaDirection& d
   return foresight ? foresight : Foresight{search.demand(true), search.least_chosen_};
 }
 
-// Begins anew without foresight. The intervals stay.
+// Begins anew, with more foresight, and at last without. The intervals stay.
 void AreaSearch::forget() {
-  foresight_.reset();
+  constexpr int kMostOften = 2;
+  constexpr double kLess = 1.0 / 4;
+  foresight_->least *= kLess;
+  if (++forgotten_ > kMostOften) foresight_.reset();
+  closed_early_ = 0;
   open_.clear();
   closed_.clear();
   closed_shares_.assign(asked_.beyond.size(), {});
@@ -280,7 +285,8 @@ void AreaSearch::take_over(const Bounded& found) {
       continue;
     }
     const double contribution = foresight_ ? foresight_->demand.contribution(part) : 0;
-    if (foresight_ && contribution < kEarly * foresight_->least) {
+    const bool has_room = open_.size() * sizeof(Part) < in_.options.max_memory_bytes / kOpenShare;
+    if (foresight_ && contribution < (has_room ? kEarly : 1) * foresight_->least) {
       closed_early_ += contribution;
       close(part);
     } else {
@@ -292,8 +298,9 @@ void AreaSearch::take_over(const Bounded& found) {
 // False: interrupted.
 bool AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, std::uint64_t most_parts, Bounded& found) {
   const Triangle& t = in_.from.triangles[triangle];
-  const Part whole =
-      bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight, found.work);
+  const bool by_overlay = !foresight_;  // cells are tried at once
+  const Part whole = bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight,
+                                   by_overlay, found.work);
   if (foresight_) return refine_triangle(bounder, whole, most_parts, found);
   found.parts.push_back(whole);
   return true;

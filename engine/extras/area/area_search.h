@@ -182,6 +182,7 @@ class AreaSearch {
   AreaBounds known_;                    // in frame units: the intersection of all intervals so far
   std::optional<Foresight> foresight_;  // from a sample of the triangles
   double closed_early_ = 0;             // contribution of what was closed by foresight
+  int forgotten_ = 0;                   // how often it began anew
   std::size_t refined_ = 0;             // parts that were chosen so far
   double least_chosen_ = 0;             // contribution of the parts that choose() takes
   bool is_narrowing_ = false;           // all gates are decided; their shares are narrowed

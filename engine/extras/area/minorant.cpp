@@ -15,6 +15,7 @@ namespace meshgauge {
 namespace {
 
 constexpr double kLeastLength = 0x1p-400;  // a shorter vector has no direction
+constexpr double kGoodEnough = 0x1p-10;    // of the sum of the values, which may fall by so much without more attempts
 constexpr std::uint64_t kTestsOfOne = 8;   // a triangle takes as long as so many of a query's tests
 
 std::optional<Vec3> direction_of(const Vec3& v) {
@@ -53,17 +54,18 @@ class Minorant {
   void add(std::uint32_t slot) {
     const MeshView mesh = to_.mesh();
     const std::array<Vec3, 3> corners{mesh.corner(slot, 0), mesh.corner(slot, 1), mesh.corner(slot, 2)};
-    Best best;
-    for (std::size_t d = 0; d < probe_.directions; ++d) {
-      if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
-    }
     const PreparedTriangle triangle = to_.prepared(slot);
+    Best best;
     const Vec3 from = centre_ - closest_point(triangle, centre_);
     if (attempt(from, corners, best)) return share(from);
     Vec3 normal = triangle.e1.cross(triangle.e2);
     if (normal.dot(from) < 0) normal = -normal;
-    if (attempt(normal, corners, best)) return;
+    if (attempt(normal, corners, best)) return share(normal);
+    for (std::size_t d = 0; d < probe_.directions; ++d) {
+      if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
+    }
     for (const MinorantPoint& p : points_) {
+      if (sum_ - best.sum <= kGoodEnough * sum_) break;
       if (attempt(p.point - closest_point(triangle, p.point), corners, best)) return;
     }
     values_ = best.values;

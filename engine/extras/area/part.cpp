@@ -62,7 +62,7 @@ double PartBounder::slack_low(std::uint32_t depth) const {
 // d(x,B) <= d(x,T), which is convex, for the triangle T nearest to a corner. And for x = sum w_i p_i,
 // d(x,B) <= sum w_i (d_i + |x - p_i|), where sum w_i |x - p_i| is at most the root of sum w_i |x - p_i|^2, which is at
 // most that about the centre m of the smallest circle, sum w_i |m - p_i|^2 <= R^2.
-Linear PartBounder::high_of(const Part& part, Work& work) {
+Linear PartBounder::high_of(const Part& part, bool by_overlay, Work& work) {
   const auto& corners = part.corners;
   constexpr double kRoundUp = 1 + 0x1p-47;  // lipschitz.h
   const double radius = kRoundUp * enclosing_radius(corners[0].point, corners[1].point, corners[2].point);
@@ -81,7 +81,7 @@ Linear PartBounder::high_of(const Part& part, Work& work) {
   const double slack = slack_high(part.depth);
   const double nearest = std::min({corners[0].distance, corners[1].distance, corners[2].distance});
   const bool is_beyond = !limits_.empty() && nearest > limits_.back();  // so is any upper function
-  if (!is_beyond && !is_within(best, slack, part, work)) tighten_by_overlay(part, best, work);
+  if (by_overlay && !is_beyond && !is_within(best, slack, part, work)) tighten_by_overlay(part, best, work);
   for (double& value : best) value += slack;
   return best;
 }
@@ -124,9 +124,9 @@ void PartBounder::tighten_by_overlay(const Part& part, Linear& high, Work& work)
   for (std::size_t i = 0; i < 3; ++i) high[i] = base(part.corners[i].point) + *attempt.upper;
 }
 
-Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, Work& work) {
+Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, bool by_overlay, Work& work) {
   Part part{corners, {}, weight};
-  part.enclosure.high = high_of(part, work);
+  part.enclosure.high = high_of(part, by_overlay, work);
   return part;
 }
 
@@ -209,7 +209,7 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
     half.depth = part.depth + 1;
     half.is_cell = part.is_cell;
     half.is_rough = part.is_rough;
-    half.enclosure.high = high_of(half, work);
+    half.enclosure.high = high_of(half, true, work);
     // The parent's functions hold on the exact part, up to the rounding of the new value.
     const Enclosure& known = part.enclosure;
     const Linear high{known.high[end], value(known.high) + rounding::kCutValueSlack, known.high[cut.c]};
@@ -299,7 +299,7 @@ bool PartBounder::measure(Part& part, Work& work, const Interrupted* stop) {
     if (!corner.complete) return false;
   }
   part.is_rough = false;
-  const Linear high = high_of(part, work);
+  const Linear high = high_of(part, true, work);
   if (sum(high) < sum(part.enclosure.high)) part.enclosure.high = high;
   return true;
 }

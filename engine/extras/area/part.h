@@ -74,8 +74,9 @@ class PartBounder {
         most_cell_error_(most_cell_error),
         overlay_(to, adjacency) {}
 
-  // A whole triangle with measured corners; its enclosure has an upper function and no lower one.
-  Part whole(const std::array<Corner, 3>& corners, double weight, Work& work);
+  // A whole triangle with measured corners; its enclosure has an upper function and no lower one. `by_overlay`: the
+  // overlay is tried, too.
+  Part whole(const std::array<Corner, 3>& corners, double weight, bool by_overlay, Work& work);
   // Adds a lower function; its values need not be more than `most`. False: `stop` returned true; the part is unchanged.
   bool bound_below(Part& part, double most, Work& work, const Interrupted* stop) {
     return bound_fan_below({&part, 1}, most, work, stop);
@@ -103,7 +104,7 @@ class PartBounder {
 
  private:
   double slack_high(std::uint32_t depth) const;
-  Linear high_of(const Part& part, Work& work);
+  Linear high_of(const Part& part, bool by_overlay, Work& work);
   bool is_within(Linear& high, double slack, const Part& part, Work& work);
   void tighten_by_overlay(const Part& part, Linear& high, Work& work);
   double add_cell(const Part& part, const PreparedTriangle& frame, const Overlay::Cell& cell, double whole,
