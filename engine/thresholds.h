@@ -15,6 +15,7 @@ struct Thresholds {
   std::size_t triangles_a_patch = 8;  // triangles of a block below which no patch is projected
   std::size_t patch_group = 4;        // triangles of A of similar normals: a smaller group is not worth its projection
   std::size_t area_sample = 2048;     // triangles of the sample that an area search begins with
+  std::size_t area_samples = 16;      // so many times as many triangles as the sample: of fewer none is taken
 };
 
 }  // namespace meshgauge

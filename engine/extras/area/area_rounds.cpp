@@ -78,15 +78,13 @@ bool AreaSearch::sort_out(const Demand& demand, std::vector<double>& wanted) {
   });
   if (!is_whole) return false;
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < open_.size(); ++i) {
-    if (!open_[i].is_open) {
-      close(open_[i]);
-      continue;
-    }
+  const bool is_sorted = each_unless(stop_, open_.size(), [&](std::size_t i) {
+    if (!open_[i].is_open) return close(open_[i]);
     wanted[kept] = wanted[i];
     if (kept < i) open_[kept] = open_[i];
     ++kept;
-  }
+  });
+  if (!is_sorted) return false;
   open_.resize(kept);
   wanted.resize(kept);
   return true;
@@ -98,28 +96,30 @@ std::vector<std::uint32_t> AreaSearch::choose(const Demand& demand) {
   // Four bins for a power of two.
   constexpr int kBins = 512, kBinOfOne = 128;
   const auto bin_of = [](double wanted) {
-    const double squared = wanted * wanted;
+    constexpr double kLeast = 0x1p-200;  // its power is a normal number
+    const double squared = std::max(wanted, kLeast) * std::max(wanted, kLeast);
     return wanted > 0 ? std::clamp(kBinOfOne - std::ilogb(squared * squared), 0, kBins - 1) : kBins;
   };
   std::vector<double> wanted;
   if (!sort_out(demand, wanted)) return {};
   std::array<double, kBins + 1> sums{};
   double total = 0;
-  for (const double w : wanted) {
-    sums[static_cast<std::size_t>(bin_of(w))] += w;
-    total += w;
-  }
+  const bool is_whole = each_unless(stop_, wanted.size(), [&](std::size_t i) {
+    sums[static_cast<std::size_t>(bin_of(wanted[i]))] += wanted[i];
+    total += wanted[i];
+  });
+  if (!is_whole) return {};
   const double needed = std::clamp(demand.excess / kGain, kLeastChosenShare * total, kChosenShare * total);
   int last = -1;
   for (double sum = 0; last + 1 < kBins && sum < needed;) sum += sums[static_cast<std::size_t>(++last)];
   std::vector<std::uint32_t> chosen;
   const std::size_t most = std::max(refined_, kMostChosen);
   double sum = 0;
-  for (std::size_t i = 0; i < wanted.size() && chosen.size() < most && sum < needed; ++i) {
-    if (bin_of(wanted[i]) > last) continue;
+  each_unless(stop_, wanted.size(), [&](std::size_t i) {
+    if (chosen.size() == most || sum >= needed || bin_of(wanted[i]) > last) return;
     chosen.push_back(static_cast<std::uint32_t>(i));
     sum += wanted[i];
-  }
+  });
   refined_ += chosen.size();
   least_chosen_ = area_.weight * std::exp2((kBinOfOne - last) / 4.0);
   return chosen;

@@ -20,21 +20,30 @@ constexpr std::size_t kVerticesATask = 256;
 constexpr std::size_t kTasksAGrowth = 256;  // of vertices, for which memory is touched at once
 constexpr std::size_t kTrianglesATask = 64;
 constexpr std::size_t kForeseenATask = 16;
-constexpr std::size_t kTasksABatch = 64;   // of triangles, between two steps that keep what was found
-constexpr double kClosedShare = 0.25;      // of a tolerance that the parts which are closed may add up to
-constexpr double kCellShare = 1.0 / 64;    // of a tolerance that the errors of cells may add up to
-constexpr double kNegligible = 0x1p-50;    // of the area, a part of which is closed
-constexpr std::size_t kLeastSamples = 16;  // of which the surface must consist for one to be taken
-constexpr double kForeseenShare = 0.93;    // of the tolerances, for the sample
-constexpr double kFactor = 1.5;            // between two attempts to refine the sample
+constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
+constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
+constexpr double kCellShare = 1.0 / 64;   // of a tolerance that the errors of cells may add up to
+constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is closed
+constexpr double kForeseenShare = 0.93;   // of the tolerances, for the sample
+constexpr double kFactor = 1.5;           // between two attempts to refine the sample
 constexpr int kMostAttempts = 12;
 constexpr double kEarly = 0.5;            // of the least contribution that is refined: what is less is closed
 constexpr std::size_t kOpenShare = 4;     // the other parts, while they take no more than this part of the memory
 constexpr double kMostEarly = 0.25;       // of the tolerances, that what is closed early may be to blame for
+constexpr double kApart = 1.0 / 8;        // of its longest edge: a triangle is farther than that from B
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
 
 AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
   return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
+}
+
+// Whether the corners are far from B beside their distances from each other.
+bool is_apart(const std::array<Corner, 3>& corners) {
+  const auto& [a, b, c] = corners;
+  const double nearest = std::min({a.distance, b.distance, c.distance});
+  const double size = std::max(
+      {(a.point - b.point).squaredNorm(), (b.point - c.point).squaredNorm(), (c.point - a.point).squaredNorm()});
+  return nearest * nearest > kApart * kApart * size;
 }
 
 bool is_decided(const AreaOptions::Beyond& beyond, const AreaInterval& share) {
@@ -134,7 +143,7 @@ AreaStop AreaSearch::bound_and_refine() {
 // or the search begins anew without it. False: interrupted.
 bool AreaSearch::foresee() {
   const std::size_t count = in_.from.triangles.size(), size = in_.options.thresholds.area_sample;
-  if (are_shares_alone() || size == 0 || count / kLeastSamples < size) return true;
+  if (are_shares_alone() || count / in_.options.thresholds.area_samples < size) return true;
   Options options = in_.options;
   options.areas->length_tolerance *= kForeseenShare;
   options.areas->share_tolerance *= kForeseenShare;
@@ -298,9 +307,10 @@ void AreaSearch::take_over(const Bounded& found) {
 // False: interrupted.
 bool AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, std::uint64_t most_parts, Bounded& found) {
   const Triangle& t = in_.from.triangles[triangle];
-  const bool by_overlay = !foresight_;  // cells are tried at once
-  const Part whole = bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight,
-                                   by_overlay, found.work);
+  const std::array<Corner, 3> corners{corners_[t[0]], corners_[t[1]], corners_[t[2]]};
+  // Near B the overlay bounds no triangle well, and foresight tries cells at once.
+  const bool by_overlay = !foresight_ || is_apart(corners);
+  const Part whole = bounder.whole(corners, weights_.of(triangle).weight, by_overlay, found.work);
   if (foresight_) return refine_triangle(bounder, whole, most_parts, found);
   found.parts.push_back(whole);
   return true;

@@ -4,12 +4,16 @@
 //     once: places.h.
 //  2. The distance of each vertex of the others, then an upper function for each triangle (part.h). What the questions
 //     need no more of is closed.
-//  3. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
-//     that contribute most to the widths get a lower function, or are divided into cells or cut.
+//  3. Where lengths are asked for and the surface is large, foresight: a sample of the triangles is searched first. The
+//     least contribution that was worth refining there is what is refined everywhere, triangle by triangle in step 2;
+//     parts below it are closed, so that few have to be kept.
+//  4. Rounds (area_rounds.cpp). Each sums up all parts, and ends the search when every interval is narrow enough.
+//     Otherwise the parts that contribute most to the widths get a lower function, or are divided into cells or cut.
 //
 // The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
 // Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
-// number of threads, except that the sweep of step 1 may leave out other triangles.
+// number of threads, except that the sweep of step 1 may leave out other triangles. A sample is a guess of what is
+// worth the work: no interval depends on its being a good one.
 #pragma once
 
 #include <algorithm>

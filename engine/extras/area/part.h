@@ -4,21 +4,23 @@
 //    exactly, so weights are divided alike (rounding.h R12).
 //
 //  * Cells. The overlay (engine/fast/bounds/overlay.h) covers the part P with polygons, each under one triangle T of B.
-//    d(.,T) bounds d(.,B) above there, and is mostly equal to it. The polygons are divided into triangles from their
-//    first corners.
+//    d(.,T) bounds d(.,B) above there, and is mostly equal to it. A polygon that crosses the plane of T is divided
+//    along it, since d(.,T) has a crease there. The polygons are divided into triangles from their first corners.
 //    Statement. Let the areas of the cells add up to |P| + e, e possibly negative, and let a part of P of area at most
 //    r be in no cell. Then the area that is in more cells than one, or outside of P, counted so often, is at most e +
 //    r. So with shares x_low <= x <= x_high of the cells C, the share of P is between (sum |C| x_low - e - r) / |P| and
 //    (sum |C| x_high + r) / |P|, and with values in [0, m] instead of shares m times e + r and r are in their places.
 //    Proof. sum |C| - |union of the C in P| <= |P| + e - (|P| - r).
-//    Rounding (R18), u = 2^-53. Each point of P is within 36u of a cell, and a point of a cell's edge within 12u of
-//    that edge (overlay.h). A corner in space errs by 10u more, and the frame's residual is below 32u. So a point of P,
-//    also one in no cell, is within 36u + 12u + 10u + 32u of one that a cell bounds, which the slack of kCellLevels
-//    cuts exceeds: 8 * 16u. Therefore a limit that all cells are within, or beyond, holds for all of P. With L the
-//    longest edge, a cell's outline is at most 3L long; what it misses, doubled, is below 2 * (36u * 3L + 3.15 *
-//    (36u)^2), and fans of polygons that rounding made concave err by 12uL at a corner. In all less than 1024uL + 2^-88
-//    a cell. The area of a part, doubled, is a difference of two products of differences: it errs by less than 128u
-//    L^2.
+//    Rounding (R18), u = 2^-53. Each point of P is within 36u of a polygon of the overlay, and a point of a cell's edge
+//    within 12u of that edge (overlay.h). A polygon divided along a plane: the two points of the cut are corners of
+//    both halves, and each is computed within 12u of its edge, so a point of the polygon is within 12u of a half. A
+//    corner in space errs by 10u more, and the frame's residual is below 32u. So a point of P, also one in no cell, is
+//    within 36u + 12u + 12u + 10u + 32u of one that a cell bounds, which the slack of kCellLevels cuts exceeds: 8 *
+//    16u. Therefore a limit that all cells are within, or beyond, holds for all of P. With L the longest edge, a cell's
+//    outline is at most 3L long; what it misses, doubled, is below 2 * (48u * 3L + 3.15 * (48u)^2), and fans of
+//    polygons that rounding made concave err by 12uL at a corner. In all less than 1024uL + 2^-88 a cell, halves
+//    counted each. The area of a part, doubled, is a difference of two products of differences: it errs by less than
+//    128u L^2.
 #pragma once
 
 #include <array>
