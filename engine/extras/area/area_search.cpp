@@ -30,6 +30,7 @@ constexpr int kMostAttempts = 12;
 constexpr double kEarly = 0.5;            // of the least contribution that is refined: what is less is closed
 constexpr std::size_t kOpenShare = 4;     // the other parts, while they take no more than this part of the memory
 constexpr double kMostEarly = 0.25;       // of the tolerances, that what is closed early may be to blame for
+constexpr std::size_t kSums = 16;         // while foresight refines all triangles, for an interruption
 constexpr double kApart = 1.0 / 8;        // of its longest edge: a triangle is farther than that from B
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
 
@@ -143,7 +144,7 @@ AreaStop AreaSearch::bound_and_refine() {
 // or the search begins anew without it. False: interrupted.
 bool AreaSearch::foresee() {
   const std::size_t count = in_.from.triangles.size(), size = in_.options.thresholds.area_sample;
-  if (are_shares_alone() || count / in_.options.thresholds.area_samples < size) return true;
+  if (are_shares_alone() || size * in_.options.thresholds.area_samples > count) return true;
   Options options = in_.options;
   options.areas->length_tolerance *= kForeseenShare;
   options.areas->share_tolerance *= kForeseenShare;
@@ -265,9 +266,15 @@ bool AreaSearch::leave_out_decided() {
 // nullopt: all triangles are bounded. After `budget`, those that are left have the distance [0, most].
 std::optional<AreaStop> AreaSearch::bound_triangles() {
   const std::size_t count = to_visit(), each = foresight_ ? kForeseenATask : kTrianglesATask;
+  std::size_t next_sum = count / kSums + 1;
   for (std::size_t begin = 0; begin < count; begin += kTasksABatch * each) {
     if (stop_()) return interrupted();
     if (over_budget()) return close_unvisited(begin) ? AreaStop::budget : interrupted();
+    if (foresight_ && begin >= next_sum) {
+      if (!update_sums(begin)) return interrupted();
+      in_.tell();
+      next_sum = begin + count / kSums + 1;
+    }
     const std::size_t end = std::min(count, begin + kTasksABatch * each);
     const std::uint64_t most_parts = (in_.options.max_work_items - work_.subdivisions) / (end - begin);
     std::vector<Bounded> found(tasks_for(end - begin, each));
@@ -306,8 +313,7 @@ void AreaSearch::take_over(const Bounded& found) {
 
 // False: interrupted.
 bool AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, std::uint64_t most_parts, Bounded& found) {
-  const Triangle& t = in_.from.triangles[triangle];
-  const std::array<Corner, 3> corners{corners_[t[0]], corners_[t[1]], corners_[t[2]]};
+  const std::array<Corner, 3> corners = corners_of(triangle);
   // Near B the overlay bounds no triangle well, and foresight tries cells at once.
   const bool by_overlay = !foresight_ || is_apart(corners);
   const Part whole = bounder.whole(corners, weights_.of(triangle).weight, by_overlay, found.work);
@@ -329,10 +335,7 @@ bool AreaSearch::close_unvisited(std::size_t begin) {
 
 void AreaSearch::close(const Part& part) {
   ++area_.terms;
-  for (std::size_t k = 0; k < limits_.size(); ++k) {
-    closed_shares_[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
-  }
-  if (asked_.mean) closed_means_.add(part.enclosure, part.weight);
+  add(part.enclosure, part.weight, closed_shares_, closed_means_);
   if (!asked_.quantiles.empty()) closed_.push_back({part.enclosure, part.weight});
 }
 
@@ -357,23 +360,19 @@ bool AreaSearch::is_closed(const Part& part) const {
   });
 }
 
-// The sums over the open parts, each range by itself, then the ranges in their order: the same bits for any number of
-// threads. False: interrupted.
-bool AreaSearch::add_open(std::vector<ShareSum>& shares, MeanSum& means) {
+// Adds to the sums what add(i, ShareSum, MeanSum) adds for each i below `count`: each range by itself, then the ranges
+// in their order, so that any number of threads gives the same bits. False: interrupted.
+template <class Add>
+bool AreaSearch::add_all(std::size_t count, const Add& add, std::vector<ShareSum>& shares, MeanSum& means) {
   struct Sums {
     std::vector<ShareSum> shares;
     MeanSum means;
   };
-  std::vector<Sums> sums(tasks_for(open_.size(), kPartsASum));
-  const bool is_whole = each_range(stop_, open_.size(), kPartsASum, in_.pool, [&](std::size_t begin, std::size_t end) {
+  std::vector<Sums> sums(tasks_for(count, kPartsASum));
+  const bool is_whole = each_range(stop_, count, kPartsASum, in_.pool, [&](std::size_t begin, std::size_t end) {
     Sums& sum = sums[begin / kPartsASum];
     sum.shares.resize(limits_.size());
-    for (std::size_t i = begin; i < end; ++i) {
-      const Part& part = open_[i];
-      for (std::size_t k = 0; k < limits_.size(); ++k)
-        sum.shares[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
-      if (asked_.mean) sum.means.add(part.enclosure, part.weight);
-    }
+    for (std::size_t i = begin; i < end; ++i) add(i, sum.shares, sum.means);
   });
   if (!is_whole) return false;
   for (const Sums& sum : sums) {
@@ -383,12 +382,29 @@ bool AreaSearch::add_open(std::vector<ShareSum>& shares, MeanSum& means) {
   return true;
 }
 
-bool AreaSearch::update() {
+void AreaSearch::add(const Enclosure& enclosure, double weight, std::vector<ShareSum>& shares, MeanSum& means) const {
+  for (std::size_t k = 0; k < limits_.size(); ++k) shares[k].add(enclosure, weight, limits_[k].down, limits_[k].up);
+  if (asked_.mean) means.add(enclosure, weight);
+}
+
+bool AreaSearch::update() { return update_sums(to_visit()) && update_quantiles(); }
+
+// `begin`: triangles from here on have no parts yet; what their corners show of them counts.
+bool AreaSearch::update_sums(std::size_t begin) {
   std::vector<ShareSum> shares = closed_shares_;
   MeanSum means = closed_means_;
-  if (!add_open(shares, means)) return false;
-  TotalArea area = area_;
-  area.terms += open_.size() + in_.from.triangles.size();
+  using Shares = std::vector<ShareSum>;
+  const auto add_part = [&](std::size_t i, Shares& to, MeanSum& to_means) {
+    add(open_[i].enclosure, open_[i].weight, to, to_means);
+  };
+  const auto add_unvisited = [&](std::size_t i, Shares& to, MeanSum& to_means) {
+    const std::size_t triangle = visited(begin + i);
+    const Enclosure enclosure{{}, bounders_[0].high_of_corners(corners_of(triangle))};
+    add(enclosure, weights_.of(triangle).weight, to, to_means);
+  };
+  if (!add_all(open_.size(), add_part, shares, means)) return false;
+  if (!add_all(to_visit() - begin, add_unvisited, shares, means)) return false;
+  const TotalArea area = area_of_all();
   for (std::size_t k = 0; k < shares.size(); ++k) {
     known_.beyond[k] = intersection(known_.beyond[k], area.share(shares[k]));
   }
@@ -398,10 +414,18 @@ bool AreaSearch::update() {
     known_.rms->lower = std::max(known_.rms->lower, known_.mean->lower);
     known_.mean->upper = std::min(known_.mean->upper, known_.rms->upper);
   }
-  return update_quantiles(area);
+  return true;
 }
 
-bool AreaSearch::update_quantiles(const TotalArea& area) {
+// With the terms of all sums over parts and triangles.
+TotalArea AreaSearch::area_of_all() const {
+  TotalArea area = area_;
+  area.terms += open_.size() + 2 * in_.from.triangles.size();
+  return area;
+}
+
+bool AreaSearch::update_quantiles() {
+  const TotalArea area = area_of_all();
   for (std::size_t q = 0; q < asked_.quantiles.size(); ++q) {
     AreaInterval& known = known_.quantiles[q];
     const double resolution = kResolution * tolerance_of(known.lower);

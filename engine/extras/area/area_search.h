@@ -10,13 +10,15 @@
 //  4. Rounds (area_rounds.cpp). Each sums up all parts, and ends the search when every interval is narrow enough.
 //     Otherwise the parts that contribute most to the widths get a lower function, or are divided into cells or cut.
 //
-// The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
+// The intervals hold after each round, and after each of the sums that foresight makes meanwhile. An interruption leaves
+// those of the last sum.
 // Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
 // number of threads, except that the sweep of step 1 may leave out other triangles. A sample is a guess of what is
 // worth the work: no interval depends on its being a good one.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -143,7 +145,7 @@ class AreaSearch {
   AreaStop refine_all();
   void narrow_decided();
   bool update();
-  bool update_quantiles(const TotalArea& area);
+  bool update_quantiles();
   // `of_all`: also of what is narrow enough.
   Demand demand(bool of_all = false) const;
   void demand_quantile(const AreaInterval& known, Demand& demand) const;
@@ -153,7 +155,15 @@ class AreaSearch {
   bool is_closed(const Part& part) const;
   void close(const Part& part);
   bool close_unvisited(std::size_t begin);
-  bool add_open(std::vector<ShareSum>& shares, MeanSum& means);
+  template <class Add>
+  bool add_all(std::size_t count, const Add& add, std::vector<ShareSum>& shares, MeanSum& means);
+  void add(const Enclosure& enclosure, double weight, std::vector<ShareSum>& shares, MeanSum& means) const;
+  std::array<Corner, 3> corners_of(std::size_t triangle) const {
+    const Triangle& t = in_.from.triangles[triangle];
+    return {corners_[t[0]], corners_[t[1]], corners_[t[2]]};
+  }
+  bool update_sums(std::size_t begin);
+  TotalArea area_of_all() const;
   bool sort_out(const Demand& demand, std::vector<double>& wanted);
   std::vector<std::uint32_t> choose(const Demand& demand);
   bool refine(const std::vector<std::uint32_t>& chosen, const Demand& demand);

@@ -37,6 +37,14 @@ double longest(const std::array<Corner, 3>& corners) {
 
 Vec3 point_of(const PreparedTriangle& frame, const Vec2& at) { return frame.a + at.x() * frame.e1 + at.y() * frame.e2; }
 
+// For x = sum w_i p_i, d(x,B) <= sum w_i (d_i + |x - p_i|), where sum w_i |x - p_i| is at most the root of sum w_i |x -
+// p_i|^2, which is at most that about the centre m of the smallest circle, sum w_i |m - p_i|^2 <= R^2.
+Linear lipschitz(const std::array<Corner, 3>& corners) {
+  constexpr double kRoundUp = 1 + 0x1p-47;  // lipschitz.h
+  const double radius = kRoundUp * enclosing_radius(corners[0].point, corners[1].point, corners[2].point);
+  return {corners[0].distance + radius, corners[1].distance + radius, corners[2].distance + radius};
+}
+
 // Where the distance to one owner passes that to the other on the way from a to b, within `resolution`.
 double crossing(const PreparedTriangle& of_a, const PreparedTriangle& of_b, const Vec3& a, const Vec3& b,
                 double resolution) {
@@ -59,14 +67,10 @@ double PartBounder::slack_low(std::uint32_t depth) const {
   return rounding::kMinorantSlack + rounding::kCutPointSlack * depth + error_;
 }
 
-// d(x,B) <= d(x,T), which is convex, for the triangle T nearest to a corner. And for x = sum w_i p_i,
-// d(x,B) <= sum w_i (d_i + |x - p_i|), where sum w_i |x - p_i| is at most the root of sum w_i |x - p_i|^2, which is at
-// most that about the centre m of the smallest circle, sum w_i |m - p_i|^2 <= R^2.
+// d(x,B) <= d(x,T), which is convex, for the triangle T nearest to a corner.
 Linear PartBounder::high_of(const Part& part, bool by_overlay, Work& work) {
   const auto& corners = part.corners;
-  constexpr double kRoundUp = 1 + 0x1p-47;  // lipschitz.h
-  const double radius = kRoundUp * enclosing_radius(corners[0].point, corners[1].point, corners[2].point);
-  Linear best{corners[0].distance + radius, corners[1].distance + radius, corners[2].distance + radius};
+  Linear best = lipschitz(corners);
   for (std::size_t owner = 0; owner < 3; ++owner) {
     const std::uint32_t slot = corners[owner].slot;
     const bool is_tried = (owner > 0 && slot == corners[0].slot) || (owner > 1 && slot == corners[1].slot);
@@ -122,6 +126,12 @@ void PartBounder::tighten_by_overlay(const Part& part, Linear& high, Work& work)
   const auto attempt = overlay_.attempt(piece, std::array{a.slot, b.slot, c.slot}, room, kMaxVisits, work, &base);
   if (!attempt.upper) return;
   for (std::size_t i = 0; i < 3; ++i) high[i] = base(part.corners[i].point) + *attempt.upper;
+}
+
+Linear PartBounder::high_of_corners(const std::array<Corner, 3>& corners) const {
+  Linear high = lipschitz(corners);
+  for (double& value : high) value += slack_high(0);
+  return high;
 }
 
 Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, bool by_overlay, Work& work) {
