@@ -10,11 +10,10 @@
 //  4. Rounds (area_rounds.cpp). Each sums up all parts, and ends the search when every interval is narrow enough.
 //     Otherwise the parts that contribute most to the widths get a lower function, or are divided into cells or cut.
 //
-// The intervals hold after each round, and after each of the sums that foresight makes meanwhile. An interruption leaves
-// those of the last sum.
-// Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
-// number of threads, except that the sweep of step 1 may leave out other triangles. A sample is a guess of what is
-// worth the work: no interval depends on its being a good one.
+// The intervals hold after each round, and after each of the sums that foresight makes meanwhile. An interruption
+// leaves those of the last sum. Threads share out the parts of a round, and results are taken over in the order of the
+// parts: the same bits for any number of threads, except that the sweep of step 1 may leave out other triangles. A
+// sample is a guess of what is worth the work: no interval depends on its being a good one.
 #pragma once
 
 #include <algorithm>
