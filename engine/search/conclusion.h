@@ -27,20 +27,26 @@ inline Stop to_stop(Interruption interruption) {
   return interruption == Interruption::timeout ? Stop::timeout : Stop::cancelled;
 }
 
-// The time to narrow what is decided: while it lives, the control's deadline is at most half a second after its start.
-class NarrowingTime {
+// While it lives, the control's deadline is at most `end`.
+class EarlierDeadline {
  public:
-  explicit NarrowingTime(Control& control) : control_(control), deadline_(control.deadline()) {
-    const auto end = Control::Clock::now() + std::chrono::milliseconds(500);
+  EarlierDeadline(Control& control, Control::Clock::time_point end) : control_(control), deadline_(control.deadline()) {
     control_.set_deadline(deadline_ ? std::min(*deadline_, end) : end);
   }
-  ~NarrowingTime() { control_.set_deadline(deadline_); }
-  NarrowingTime(const NarrowingTime&) = delete;
-  NarrowingTime& operator=(const NarrowingTime&) = delete;
+  ~EarlierDeadline() { control_.set_deadline(deadline_); }
+  EarlierDeadline(const EarlierDeadline&) = delete;
+  EarlierDeadline& operator=(const EarlierDeadline&) = delete;
 
  private:
   Control& control_;
   const std::optional<Control::Clock::time_point> deadline_;
+};
+
+// The time to narrow what is decided.
+class NarrowingTime : public EarlierDeadline {
+ public:
+  explicit NarrowingTime(Control& control)
+      : EarlierDeadline(control, Control::Clock::now() + std::chrono::milliseconds(500)) {}
 };
 
 // An interval is narrow when its width is at most this part of what it bounds, or of the limit.

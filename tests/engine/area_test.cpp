@@ -253,6 +253,35 @@ TEST_CASE("area: the same bits for any number of threads and every instruction s
   }
 }
 
+TEST_CASE("area: triangles refined as a sample of them was: the same intervals, narrow enough, on any threads") {
+  const Mesh a = shapes::sphere(6, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(5);
+  AreaOptions asked = everything({0.05, 0.15});
+  asked.share_tolerance = asked.length_tolerance = 2e-2;
+  const AreaBounds plain = from_a(a, b, asked);
+  const auto meet = [](const AreaInterval& x, const AreaInterval& y) {
+    return x.lower <= y.upper && y.lower <= x.upper;
+  };
+  for (const std::size_t sample : {std::size_t{1}, std::size_t{9}}) {
+    CAPTURE(sample);
+    Options options;
+    options.direction = Direction::a_to_b;
+    options.areas = asked;
+    options.thresholds.area_sample = sample;
+    std::vector<AreaBounds> found;
+    for (const unsigned threads : {1U, 3U}) {
+      options.threads = threads;
+      Control control;
+      found.push_back(*measure(a, b, options, control).areas->a_to_b);
+    }
+    CHECK(same(found[0], found[1]));
+    CHECK(found[0].stop == AreaStop::complete);
+    for (std::size_t k = 0; k < 2; ++k) CHECK(meet(found[0].beyond[k], plain.beyond[k]));
+    for (std::size_t q = 0; q < plain.quantiles.size(); ++q) CHECK(meet(found[0].quantiles[q], plain.quantiles[q]));
+    CHECK(meet(*found[0].mean, *plain.mean));
+    CHECK(meet(*found[0].rms, *plain.rms));
+  }
+}
+
 TEST_CASE("area: an interruption at any check leaves intervals that hold") {
   const Mesh a = shapes::sphere(5, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(4);
   AreaOptions shares;

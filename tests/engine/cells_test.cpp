@@ -91,7 +91,7 @@ Found cells_over(const Mesh& b, double y = -0.4) {
   PartBounder bounder(tree, adjacency, 0, {}, 1e-6);
   Work work;
   const auto corner = [&](double at_x, double at_y) { return nearest_corner(tree, {at_x, at_y, 0}, work); };
-  const Part part = bounder.whole({corner(-0.4, y), corner(0.4, y), corner(0, y + 0.8)}, 3, work);
+  const Part part = bounder.whole({corner(-0.4, y), corner(0.4, y), corner(0, y + 0.8)}, 3, true, work);
   return {part, bounder.cells(part, 1000, work)};
 }
 
@@ -123,7 +123,7 @@ double area_over(const Part& part, const std::array<Vec3, 3>& seen) {
 void check_areas(const Mesh& b, const Found& found, bool covers_once) {
   constexpr double kRound = 1e-12, kArea = 0.32;
   const double whole = found.part.weight;
-  const auto& [parts, error] = *found.cells;
+  const auto& [parts, fans, error] = *found.cells;
   REQUIRE(error < 1e-9);
   double sum = 0;
   std::vector<double> under(b.triangles.size());

@@ -61,6 +61,7 @@ fuzz::Asked ask_areas(fuzz::Dice& dice, const fuzz::Pair& pair, double upper) {
   if (dice.chance(0.5)) {
     areas.quantiles.push_back(dice.uniform(0.01, 0.99));
     areas.mean = dice.chance(0.7);
+    if (dice.chance(0.5)) asked.options.thresholds = fuzz::lowered_thresholds(dice);
   } else {
     asked.options.thresholds = fuzz::lowered_thresholds(dice);
   }

@@ -34,6 +34,7 @@ Thresholds lowered_thresholds(Dice& dice) {
   low.patches = 0;
   low.triangles_a_patch = 1;
   low.patch_group = 1 + dice.below(3);
+  low.area_sample = low.area_samples = 2;
   return low;
 }
 

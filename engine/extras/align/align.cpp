@@ -34,6 +34,8 @@ constexpr std::size_t kRefined = 3;     // of the starts, the best after the coa
 constexpr double kOnSurface = 0x1p-40;  // a sample as near as this lies on the triangle; frame units
 constexpr double kNoGain = 0x1p-44;     // of a step, in frame units: converged
 constexpr double kSmallGain = 1e-6;     // the same, as a share of the residual
+constexpr int kSlideSteps = 8;          // steps that gain less than kSlide of the residual together: converged
+constexpr double kSlide = 1e-4, kCoarseSlide = 1e-3;
 constexpr int kRounds = 4;
 constexpr double kMuchLess = 0.995;   // of a residual
 constexpr double kTurnAround = 0.35;  // radians
@@ -102,6 +104,7 @@ struct Sample {
   Vec3 arm;        // from the centre of the pose to the sample
   Vec3 direction;  // of length 1; zero: none
   double distance;
+  std::uint32_t slot = Nearest::kNone;  // the nearest triangle
 };
 
 struct Fitted {
@@ -164,9 +167,10 @@ double Fitting::residual(const Pose& pose, std::size_t stride) {
       Sample& sample = tried_[i];
       sample.arm = pose.turn * (samples_[i * stride] - centre_);
       const Vec3 at = centre_ + pose.shift + sample.arm;
-      const Nearest found = nearest(tree_, at, tests, Nearest::kNone, &stop);
+      const Nearest found = nearest(tree_, at, tests, sample.slot, &stop);
       if (!found.complete || stop()) stopped_ = true;
       sample.distance = found.distance;
+      sample.slot = found.slot;
       sample.direction = direction_of(at - found.point, found, tree_);
     }
   });
@@ -206,16 +210,24 @@ Pose Fitting::step(const Pose& from, double damping) const {
   return to;
 }
 
+// It also ends where the surface slides along the other one, as spheres do: there each step gains a little, for long.
 std::optional<Fitted> Fitting::fit(const Pose& start, std::size_t stride, int most_steps) {
   Fitted best{start, residual(start, stride)};
   double damping = kFirstDamping;
+  std::array<double, kSlideSteps> before;  // the residuals before the last steps that gained
+  int gains = 0;
+  const double slide = stride > 1 ? kCoarseSlide : kSlide;
+  before.fill(std::numeric_limits<double>::infinity());
   const auto accept = [this] { seen_ = tried_, farthest_seen_ = farthest_; };
   for (accept(); !stopped_ && !best.converged && best.steps < most_steps; ++best.steps) {
     const Pose next = step(best.pose, damping);
     const double found = residual(next, stride);
     if (found < best.residual) {
+      double& long_ago = before[static_cast<std::size_t>(gains++ % kSlideSteps)];
       const double gain = best.residual - found;
-      best.converged = gain < kNoGain || (gain < kSmallGain * best.residual && damping < kFirstDamping);
+      best.converged = gain < kNoGain || (gain < kSmallGain * best.residual && damping < kFirstDamping) ||
+                       long_ago - found < slide * found;
+      long_ago = best.residual;
       best.pose = next;
       best.residual = found;
       damping = std::max(damping / kDampingFactor, kLeastDamping);
@@ -253,8 +265,9 @@ std::vector<Pose> poses_of_axes(const std::vector<Vec3>& samples, const std::vec
   return poses;
 }
 
-// Searches from every start with few samples, then from the first and the best with all. What is hardly better than the
-// pose of an earlier one is left: of many like poses, as those of a gear, that of the first start is the answer.
+// Searches from every start with few samples, then from the first and the best with all, unless the few samples have
+// shown that it is hardly better. What is hardly better than the pose of an earlier one is left: of many like poses, as
+// those of a gear, that of the first start is the answer.
 std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts) {
   std::vector<Fitted> coarse;
   for (const Pose& start : starts) {
@@ -265,11 +278,13 @@ std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts)
   std::ranges::stable_sort(coarse.begin() + 1, coarse.end(), {}, &Fitted::residual);
   coarse.resize(std::min(coarse.size(), 1 + kRefined));
   std::optional<Fitted> best;
+  double of_few = 0;  // the residual of the best one with few samples
   for (const Fitted& one : coarse) {
+    if (best && one.converged && !(one.residual < kMuchLess * of_few)) continue;
     auto found = fitting.fit(one.pose, 1, kSteps);
     if (!found) return std::nullopt;
     found->steps += one.steps;
-    if (!best || found->residual < kMuchLess * best->residual) best = found;
+    if (!best || found->residual < kMuchLess * best->residual) best = found, of_few = one.residual;
   }
   return best;
 }

@@ -19,31 +19,37 @@ namespace {
 constexpr std::size_t kVerticesATask = 256;
 constexpr std::size_t kTasksAGrowth = 256;  // of vertices, for which memory is touched at once
 constexpr std::size_t kTrianglesATask = 64;
+constexpr std::size_t kForeseenATask = 16;
 constexpr std::size_t kTasksABatch = 64;  // of triangles, between two steps that keep what was found
-constexpr std::size_t kPartsATask = 16;
-constexpr std::size_t kMostChosen = std::size_t{1} << 13;  // parts refined in one round
-constexpr std::size_t kMostMade = 32;                      // parts that mostly come of one
 constexpr double kClosedShare = 0.25;     // of a tolerance that the parts which are closed may add up to
 constexpr double kCellShare = 1.0 / 64;   // of a tolerance that the errors of cells may add up to
 constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is closed
-constexpr double kChosenShare = 0.6;      // of all contributions, refined in one round
+constexpr double kForeseenShare = 0.93;   // of the tolerances, for the sample
+constexpr double kFactor = 1.5;           // between two attempts to refine the sample
+constexpr int kMostAttempts = 12;
+constexpr double kEarly = 0.5;            // of the least contribution that is refined: what is less is closed
+constexpr std::size_t kOpenShare = 4;     // the other parts, while they take no more than this part of the memory
+constexpr double kMostEarly = 0.25;       // of the tolerances, that what is closed early may be to blame for
+constexpr std::size_t kSums = 16;         // while foresight refines all triangles, for an interruption
+constexpr double kApart = 1.0 / 8;        // of its longest edge: a triangle is farther than that from B
 constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
 
 AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
   return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
 }
 
+// Whether the corners are far from B beside their distances from each other.
+bool is_apart(const std::array<Corner, 3>& corners) {
+  const auto& [a, b, c] = corners;
+  const double nearest = std::min({a.distance, b.distance, c.distance});
+  const double size = std::max(
+      {(a.point - b.point).squaredNorm(), (b.point - c.point).squaredNorm(), (c.point - a.point).squaredNorm()});
+  return nearest * nearest > kApart * kApart * size;
+}
+
 bool is_decided(const AreaOptions::Beyond& beyond, const AreaInterval& share) {
   return beyond.max_share && (share.upper <= *beyond.max_share || share.lower > *beyond.max_share);
 }
-
-struct Refined {
-  Part first;
-  std::vector<Part> others;
-  double cell_error = 0;
-};
-
-constexpr std::size_t kBytesOfRefined = sizeof(Refined) + kMostMade * sizeof(Part);
 
 }  // namespace
 
@@ -116,13 +122,85 @@ AreaStop AreaSearch::narrow() {
   if (!weigh()) return interrupted();
   if (area_.none()) return AreaStop::no_area;
   if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
-  if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_)) return interrupted();
+  if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_) || !foresee()) return interrupted();
+  AreaStop stop = bound_and_refine();
+  while (stop == AreaStop::precision_floor && closed_early_ > kMostEarly * area_.weight) {
+    forget();
+    stop = bound_and_refine();
+  }
+  if (stop == AreaStop::complete && in_.options.narrow) narrow_decided();
+  return stop;
+}
+
+AreaStop AreaSearch::bound_and_refine() {
   const std::optional<AreaStop> ended = bound_triangles();
   if (ended && *ended != AreaStop::budget) return *ended;
   if (ended) return update() ? *ended : interrupted();
-  const AreaStop stop = refine_all();
-  if (stop == AreaStop::complete && in_.options.narrow) narrow_decided();
-  return stop;
+  return refine_all();
+}
+
+// Searches a sample of the triangles. What is worth refining there is worth it everywhere: then the triangles are
+// refined one by one, and most of their parts need not be kept. A guess: where it is a poor one, rounds do the rest,
+// or the search begins anew without it. False: interrupted.
+bool AreaSearch::foresee() {
+  const std::size_t count = in_.from.triangles.size(), size = in_.options.thresholds.area_sample;
+  if (are_shares_alone() || size * in_.options.thresholds.area_samples > count) return true;
+  Options options = in_.options;
+  options.areas->length_tolerance *= kForeseenShare;
+  options.areas->share_tolerance *= kForeseenShare;
+  const AreaDirection direction{in_.from,  in_.to_mesh, in_.to,     in_.adjacency, in_.frame,   options, in_.most,
+                                in_.upper, in_.error,   in_.bounds, in_.pool,      in_.control, in_.tell};
+  std::vector<std::uint32_t> sample(size);
+  for (std::size_t i = 0; i < size; ++i) sample[i] = static_cast<std::uint32_t>(i * count / size);
+  const std::optional<Foresight> first = searched(direction, sample, std::nullopt);
+  if (!first) return !stop_();
+  const auto attempt = [&](double least) { return searched(direction, sample, Foresight{first->demand, least}); };
+  foresight_ = attempt(first->least);
+  double least = first->least;
+  const bool is_enough = foresight_.has_value();
+  for (int i = 0; i < kMostAttempts && !stop_(); ++i) {
+    least = is_enough ? least * kFactor : least / kFactor;
+    const std::optional<Foresight> found = attempt(least);
+    if (found) foresight_ = found;
+    if (found.has_value() != is_enough) break;
+  }
+  return !stop_();
+}
+
+// Searches a sample, with corners that are measured: by rounds, or by `foresight` alone. Returns what was worth
+// refining. nullopt: its intervals are not narrow enough, or it needs no refining.
+std::optional<AreaSearch::Foresight> AreaSearch::searched(const AreaDirection& direction,
+                                                          const std::vector<std::uint32_t>& sample,
+                                                          const std::optional<Foresight>& foresight) {
+  AreaSearch search(direction);
+  search.rest_ = sample;
+  search.foresight_ = foresight;
+  search.corners_.swap(corners_);
+  bool is_complete = search.weigh() && !search.area_.none();
+  if (is_complete && foresight) {
+    is_complete = !search.bound_triangles() && search.update() && search.demand().met();
+  } else if (is_complete) {
+    is_complete = search.bound_and_refine() == AreaStop::complete && search.refined_ > 0;
+  }
+  corners_.swap(search.corners_);
+  work_ += search.work_;
+  if (!is_complete) return std::nullopt;
+  return foresight ? foresight : Foresight{search.demand(true), search.least_chosen_};
+}
+
+// Begins anew, with more foresight, and at last without. The intervals stay.
+void AreaSearch::forget() {
+  constexpr int kMostOften = 2;
+  constexpr double kLess = 1.0 / 4;
+  foresight_->least *= kLess;
+  if (++forgotten_ > kMostOften) foresight_.reset();
+  closed_early_ = 0;
+  open_.clear();
+  closed_.clear();
+  closed_shares_.assign(asked_.beyond.size(), {});
+  closed_means_ = {};
+  area_.cell_error = 0;
+  area_.terms = 0;
 }
 
 // Whatever ends it, every gate is decided.
@@ -143,7 +221,7 @@ AreaStop AreaSearch::refine_all() {
     const Demand wanted = demand();
     if (wanted.met()) return AreaStop::complete;
     if (over_budget()) return AreaStop::budget;
-    const std::vector<std::size_t> chosen = choose(wanted);
+    const std::vector<std::uint32_t> chosen = choose(wanted);
     if (stop_()) return interrupted();
     if (chosen.empty()) return AreaStop::precision_floor;
     if (!refine(chosen, wanted)) return interrupted();
@@ -152,8 +230,8 @@ AreaStop AreaSearch::refine_all() {
 
 // False, as of the functions below: interrupted.
 bool AreaSearch::weigh() {
-  return each_unless(stop_, in_.from.triangles.size(), [&](std::size_t t) {
-    const AreaWeights::Weight w = weights_.of(t);
+  return each_unless(stop_, to_visit(), [&](std::size_t i) {
+    const AreaWeights::Weight w = weights_.of(visited(i));
     area_.weight += w.weight;
     area_.error += w.error;
   });
@@ -187,31 +265,61 @@ bool AreaSearch::leave_out_decided() {
 
 // nullopt: all triangles are bounded. After `budget`, those that are left have the distance [0, most].
 std::optional<AreaStop> AreaSearch::bound_triangles() {
-  const std::size_t count = to_visit();
-  std::vector<Part> parts;
-  for (std::size_t begin = 0; begin < count; begin += kTasksABatch * kTrianglesATask) {
+  const std::size_t count = to_visit(), each = foresight_ ? kForeseenATask : kTrianglesATask;
+  std::size_t next_sum = count / kSums + 1;
+  for (std::size_t begin = 0; begin < count; begin += kTasksABatch * each) {
     if (stop_()) return interrupted();
     if (over_budget()) return close_unvisited(begin) ? AreaStop::budget : interrupted();
-    const std::size_t end = std::min(count, begin + kTasksABatch * kTrianglesATask);
-    parts.resize(end - begin);
+    if (foresight_ && begin >= next_sum) {
+      if (!update_sums(begin)) return interrupted();
+      in_.tell();
+      next_sum = begin + count / kSums + 1;
+    }
+    const std::size_t end = std::min(count, begin + kTasksABatch * each);
+    const std::uint64_t most_parts = (in_.options.max_work_items - work_.subdivisions) / (end - begin);
+    std::vector<Bounded> found(tasks_for(end - begin, each));
     std::atomic<bool> stopped{false};
-    in_.pool.run(tasks_for(end - begin, kTrianglesATask), [&](std::size_t worker, std::size_t task) {
+    in_.pool.run(found.size(), [&](std::size_t worker, std::size_t task) {
       if (stopped || stop_()) stopped = true;
-      const std::size_t last = stopped ? begin : std::min(end, begin + (task + 1) * kTrianglesATask);
-      for (std::size_t t = begin + task * kTrianglesATask; t < last; ++t)
-        take_triangle(bounders_[worker], visited(t), parts[t - begin]);
+      const std::size_t last = stopped ? begin : std::min(end, begin + (task + 1) * each);
+      for (std::size_t t = begin + task * each; t < last; ++t) {
+        if (!take_triangle(bounders_[worker], visited(t), most_parts, found[task])) stopped = true;
+      }
     });
     if (stopped) return interrupted();
-    for (const Part& part : parts) is_closed(part) ? close(part) : open_.push_back(part);
+    for (const Bounded& one : found) take_over(one);
   }
-  corners_ = {};
   return std::nullopt;
 }
 
-void AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, Part& part) {
-  Work work;
-  const Triangle& t = in_.from.triangles[triangle];
-  part = bounder.whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, weights_.of(triangle).weight, work);
+void AreaSearch::take_over(const Bounded& found) {
+  work_ += found.work;
+  area_.cell_error += found.cell_error;
+  for (const Part& part : found.parts) {
+    if (is_closed(part)) {
+      close(part);
+      continue;
+    }
+    const double contribution = foresight_ ? foresight_->demand.contribution(part) : 0;
+    const bool has_room = open_.size() * sizeof(Part) < in_.options.max_memory_bytes / kOpenShare;
+    if (foresight_ && contribution < (has_room ? kEarly : 1) * foresight_->least) {
+      closed_early_ += contribution;
+      close(part);
+    } else {
+      open_.push_back(part);
+    }
+  }
+}
+
+// False: interrupted.
+bool AreaSearch::take_triangle(PartBounder& bounder, std::size_t triangle, std::uint64_t most_parts, Bounded& found) {
+  const std::array<Corner, 3> corners = corners_of(triangle);
+  // Near B the overlay bounds no triangle well, and foresight tries cells at once.
+  const bool by_overlay = !foresight_ || is_apart(corners);
+  const Part whole = bounder.whole(corners, weights_.of(triangle).weight, by_overlay, found.work);
+  if (foresight_) return refine_triangle(bounder, whole, most_parts, found);
+  found.parts.push_back(whole);
+  return true;
 }
 
 bool AreaSearch::close_unvisited(std::size_t begin) {
@@ -227,10 +335,7 @@ bool AreaSearch::close_unvisited(std::size_t begin) {
 
 void AreaSearch::close(const Part& part) {
   ++area_.terms;
-  for (std::size_t k = 0; k < limits_.size(); ++k) {
-    closed_shares_[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
-  }
-  if (asked_.mean) closed_means_.add(part.enclosure, part.weight);
+  add(part.enclosure, part.weight, closed_shares_, closed_means_);
   if (!asked_.quantiles.empty()) closed_.push_back({part.enclosure, part.weight});
 }
 
@@ -255,19 +360,51 @@ bool AreaSearch::is_closed(const Part& part) const {
   });
 }
 
-bool AreaSearch::update() {
-  std::vector<ShareSum> shares = closed_shares_;
-  MeanSum means = closed_means_;
-  const bool is_whole = each_unless(stop_, open_.size(), [&](std::size_t i) {
-    const Part& part = open_[i];
-    for (std::size_t k = 0; k < limits_.size(); ++k) {
-      shares[k].add(part.enclosure, part.weight, limits_[k].down, limits_[k].up);
-    }
-    if (asked_.mean) means.add(part.enclosure, part.weight);
+// Adds to the sums what add(i, ShareSum, MeanSum) adds for each i below `count`: each range by itself, then the ranges
+// in their order, so that any number of threads gives the same bits. False: interrupted.
+template <class Add>
+bool AreaSearch::add_all(std::size_t count, const Add& add, std::vector<ShareSum>& shares, MeanSum& means) {
+  struct Sums {
+    std::vector<ShareSum> shares;
+    MeanSum means;
+  };
+  std::vector<Sums> sums(tasks_for(count, kPartsASum));
+  const bool is_whole = each_range(stop_, count, kPartsASum, in_.pool, [&](std::size_t begin, std::size_t end) {
+    Sums& sum = sums[begin / kPartsASum];
+    sum.shares.resize(limits_.size());
+    for (std::size_t i = begin; i < end; ++i) add(i, sum.shares, sum.means);
   });
   if (!is_whole) return false;
-  TotalArea area = area_;
-  area.terms += open_.size() + in_.from.triangles.size();
+  for (const Sums& sum : sums) {
+    for (std::size_t k = 0; k < limits_.size(); ++k) shares[k] += sum.shares[k];
+    means += sum.means;
+  }
+  return true;
+}
+
+void AreaSearch::add(const Enclosure& enclosure, double weight, std::vector<ShareSum>& shares, MeanSum& means) const {
+  for (std::size_t k = 0; k < limits_.size(); ++k) shares[k].add(enclosure, weight, limits_[k].down, limits_[k].up);
+  if (asked_.mean) means.add(enclosure, weight);
+}
+
+bool AreaSearch::update() { return update_sums(to_visit()) && update_quantiles(); }
+
+// `begin`: triangles from here on have no parts yet; what their corners show of them counts.
+bool AreaSearch::update_sums(std::size_t begin) {
+  std::vector<ShareSum> shares = closed_shares_;
+  MeanSum means = closed_means_;
+  using Shares = std::vector<ShareSum>;
+  const auto add_part = [&](std::size_t i, Shares& to, MeanSum& to_means) {
+    add(open_[i].enclosure, open_[i].weight, to, to_means);
+  };
+  const auto add_unvisited = [&](std::size_t i, Shares& to, MeanSum& to_means) {
+    const std::size_t triangle = visited(begin + i);
+    const Enclosure enclosure{{}, bounders_[0].high_of_corners(corners_of(triangle))};
+    add(enclosure, weights_.of(triangle).weight, to, to_means);
+  };
+  if (!add_all(open_.size(), add_part, shares, means)) return false;
+  if (!add_all(to_visit() - begin, add_unvisited, shares, means)) return false;
+  const TotalArea area = area_of_all();
   for (std::size_t k = 0; k < shares.size(); ++k) {
     known_.beyond[k] = intersection(known_.beyond[k], area.share(shares[k]));
   }
@@ -277,10 +414,18 @@ bool AreaSearch::update() {
     known_.rms->lower = std::max(known_.rms->lower, known_.mean->lower);
     known_.mean->upper = std::min(known_.mean->upper, known_.rms->upper);
   }
-  return update_quantiles(area);
+  return true;
 }
 
-bool AreaSearch::update_quantiles(const TotalArea& area) {
+// With the terms of all sums over parts and triangles.
+TotalArea AreaSearch::area_of_all() const {
+  TotalArea area = area_;
+  area.terms += open_.size() + 2 * in_.from.triangles.size();
+  return area;
+}
+
+bool AreaSearch::update_quantiles() {
+  const TotalArea area = area_of_all();
   for (std::size_t q = 0; q < asked_.quantiles.size(); ++q) {
     AreaInterval& known = known_.quantiles[q];
     const double resolution = kResolution * tolerance_of(known.lower);
@@ -309,20 +454,29 @@ bool AreaSearch::is_narrow(std::size_t k) const {
   return is_decided(asked_.beyond[k], share) && (!is_narrowing_ || width <= kNarrowRelative * share.upper);
 }
 
-Demand AreaSearch::demand() const {
+Demand AreaSearch::demand(bool of_all) const {
   Demand demand;
+  const auto is_asked = [&](const AreaInterval& known, double tolerance, bool is_enough) {
+    if (is_enough && !of_all) return false;
+    demand.excess = std::max(demand.excess, (known.upper - known.lower) / tolerance - 1);
+    return true;
+  };
+  const auto is_length_asked = [&](const AreaInterval& known) {
+    const double tolerance = tolerance_of(known.upper);
+    return is_asked(known, tolerance, known.upper - known.lower <= tolerance);
+  };
   for (std::size_t k = 0; k < limits_.size(); ++k) {
-    if (!is_narrow(k)) demand.probes.push_back({limits_[k].down, limits_[k].up, 1 / tolerance_of_share(k)});
+    const double tolerance = tolerance_of_share(k);
+    if (is_asked(known_.beyond[k], tolerance, is_narrow(k)))
+      demand.probes.push_back({limits_[k].down, limits_[k].up, 1 / tolerance});
   }
-  for (const AreaInterval& q : known_.quantiles) demand_quantile(q, demand);
-  if (known_.mean) {
-    const double tolerance = tolerance_of(known_.mean->upper);
-    if (known_.mean->upper - known_.mean->lower > tolerance) demand.mean = 1 / tolerance;
+  for (const AreaInterval& q : known_.quantiles) {
+    if (is_length_asked(q)) demand_quantile(q, demand);
   }
-  if (known_.rms) {
+  if (known_.mean && is_length_asked(*known_.mean)) demand.mean = 1 / tolerance_of(known_.mean->upper);
+  if (known_.rms && is_length_asked(*known_.rms)) {
     const auto& [lower, upper] = *known_.rms;
-    const double tolerance = tolerance_of(upper);
-    if (upper - lower > tolerance) demand.square = 1 / (tolerance * (upper + lower));
+    demand.square = 1 / (tolerance_of(upper) * (upper + lower));
   }
   return demand;
 }
@@ -330,8 +484,7 @@ Demand AreaSearch::demand() const {
 // The widths of the shares at the ends and in the middle of the interval, scaled so that they add up to its width in
 // tolerances.
 void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) const {
-  const double width = known.upper - known.lower, tolerance = tolerance_of(known.upper);
-  if (width <= tolerance) return;
+  const double width = known.upper - known.lower;
   const std::array at{known.lower, known.lower + width / 2, known.upper};
   double sum = 0;
   each_unless(stop_, open_.size(), [&](std::size_t i) {
@@ -340,143 +493,8 @@ void AreaSearch::demand_quantile(const AreaInterval& known, Demand& demand) cons
       sum += part.weight * (share_beyond(part.enclosure.high, t) - share_beyond(part.enclosure.low, t));
     }
   });
-  const double scale = sum > 0 ? width / tolerance * area_.weight / sum : 1;
+  const double scale = sum > 0 ? width / tolerance_of(known.upper) * area_.weight / sum : 1;
   for (const double t : at) demand.probes.push_back({t, t, scale});
-}
-
-// The values from which a lower function of the part is as good as a higher one.
-double AreaSearch::most_needed(const Part& part) const {
-  // From the nearest corner down: the lower, the less of B matters.
-  constexpr double kAbove = 1.125, kNear = 1.03;
-  if (!are_shares_alone()) return in_.most;
-  const auto& [a, b, c] = part.corners;
-  const double nearest = std::min({a.distance, b.distance, c.distance});
-  double limit = 0;
-  for (const Limit& l : limits_) limit = std::max(limit, l.up);
-  return nearest > kNear * limit ? std::min(kAbove * limit, (nearest + limit) / 2) : in_.most;
-}
-
-// Whether a part whose corners are not measured should be: its functions are far apart.
-bool AreaSearch::is_worth_measuring(const Part& part) {
-  constexpr double kLoose = 0.05;
-  if (!part.is_rough || !part.has_low) return false;
-  double gap = 0;
-  for (std::size_t i = 0; i < 3; ++i) gap += part.enclosure.high[i] - part.enclosure.low[i];
-  return gap > 3 * kLoose * most(part.enclosure.high);
-}
-
-// Whether the part lies under several triangles of B, none of which bounds it well, and is not beyond all limits.
-bool AreaSearch::is_worth_cells(const Part& part) const {
-  const auto& [a, b, c] = part.corners;
-  if (part.is_cell || part.has_failed || (a.slot == b.slot && a.slot == c.slot)) return false;
-  constexpr double kLoose = 1.1;
-  const Linear& high = part.enclosure.high;
-  if (high[0] + high[1] + high[2] <= kLoose * (a.distance + b.distance + c.distance)) return false;
-  const double nearest = std::min({a.distance, b.distance, c.distance});
-  return std::any_of(limits_.begin(), limits_.end(),
-                     [&](const Limit& l) { return nearest <= l.up && most(high) > l.down; });
-}
-
-// The parts with the largest contributions, by powers of two. Closes parts that need no more work.
-std::vector<std::size_t> AreaSearch::choose(const Demand& demand) {
-  constexpr int kBins = 128;
-  std::array<double, kBins> sums{};
-  std::vector<int> bins;
-  for (Part& part : open_) {
-    if (part.is_open && are_shares_alone()) continue;
-    part.is_open = !is_closed(part);
-    if (!part.is_open) close(part);
-  }
-  std::erase_if(open_, [](const Part& part) { return !part.is_open; });
-  double total = 0;
-  bins.reserve(open_.size());
-  each_unless(stop_, open_.size(), [&](std::size_t i) {
-    const double wanted = demand.contribution(open_[i]) / area_.weight;
-    bins.push_back(wanted > 0 ? std::clamp(kBins / 2 - std::ilogb(wanted), 0, kBins - 1) : kBins);
-    if (wanted > 0) sums[static_cast<std::size_t>(bins.back())] += wanted;
-    total += wanted;
-  });
-  int last = -1;
-  for (double sum = 0; last + 1 < kBins && sum < kChosenShare * total;) sum += sums[static_cast<std::size_t>(++last)];
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < bins.size() && chosen.size() < most_chosen(); ++i) {
-    if (bins[i] <= last) chosen.push_back(i);
-  }
-  least_chosen_ = std::ldexp(area_.weight, kBins / 2 - last);
-  return chosen;
-}
-
-// Within what is left of the work items, and an eighth of the memory.
-std::size_t AreaSearch::most_chosen() const {
-  const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
-  const std::size_t fit = in_.options.max_memory_bytes / 8 / kBytesOfRefined;
-  return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
-}
-
-// Gives each chosen part a lower function, or else divides it and gives one to the parts that still contribute. False:
-// interrupted, and nothing has changed.
-bool AreaSearch::refine(const std::vector<std::size_t>& chosen, const Demand& demand) {
-  std::vector<Refined> found(chosen.size());
-  const std::uint64_t left_of_each = (in_.options.max_work_items - work_.subdivisions) / chosen.size();
-  std::atomic<bool> stopped{false};
-  std::vector<Work> works(in_.pool.size());
-  in_.pool.run(tasks_for(chosen.size(), kPartsATask), [&](std::size_t worker, std::size_t task) {
-    if (stopped || stop_()) stopped = true;
-    const std::size_t end = std::min(chosen.size(), (task + 1) * kPartsATask);
-    for (std::size_t i = task * kPartsATask; i < end && !stopped; ++i) {
-      Refined& refined = found[i];
-      refined.first = open_[chosen[i]];
-      refined.first.is_open = false;
-      const auto bound = [&](Part& part) {
-        if (!bounders_[worker].bound_below(part, most_needed(part), works[worker], &stop_)) stopped = true;
-      };
-      const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounders_[worker].floor_of(part)); };
-      const auto bound_if_wanted = [&](Part& part) {
-        if (needs_low(part) && demand.contribution(part) >= least_chosen_) bound(part);
-      };
-      Part& first = refined.first;
-      if (is_worth_measuring(first) && !bounders_[worker].measure(first, works[worker], &stop_)) stopped = true;
-      std::optional<CellParts> cells;
-      if (is_worth_cells(first)) {
-        cells = bounders_[worker].cells(first, left_of_each, works[worker]);
-        first.has_failed = !cells;
-      }
-      if (cells) {
-        for (Part& cell : cells->parts) bound_if_wanted(cell);
-        first = cells->parts.back();
-        cells->parts.pop_back();
-        refined.others = std::move(cells->parts);
-        refined.cell_error = cells->error;
-      } else if (!first.has_low && (needs_low(first) || !bounders_[worker].can_split(first))) {
-        bound(first);
-      } else if (auto parts = bounders_[worker].split(first, works[worker], &stop_)) {
-        for (Part& half : *parts) bound_if_wanted(half);
-        first = (*parts)[0];
-        refined.others = {(*parts)[1]};
-      } else {
-        stopped = true;
-      }
-    }
-  });
-  for (const Work& work : works) work_ += work;
-  if (stopped) return false;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    open_[chosen[i]] = found[i].first;
-    open_.insert(open_.end(), found[i].others.begin(), found[i].others.end());
-    found[i].others = {};
-    area_.cell_error += found[i].cell_error;
-  }
-  return true;
-}
-
-// Whether a round could need too much: what is held, what choose() and quantile() note of each part, and what is made.
-bool AreaSearch::over_budget() const {
-  constexpr std::size_t kNotes = 80;  // also for the blocks of a deque
-  const std::size_t open = open_.size() * (sizeof(Part) + kNotes);
-  const std::size_t closed = closed_.size() * (sizeof(WeightedEnclosure) + kNotes);
-  const std::size_t made = std::min(open_.size(), most_chosen()) * kBytesOfRefined;
-  return bytes_of(corners_) + open + closed + made > in_.options.max_memory_bytes ||
-         work_.subdivisions >= in_.options.max_work_items;
 }
 
 AreaStop AreaSearch::interrupted() const {

@@ -4,15 +4,20 @@
 //     once: places.h.
 //  2. The distance of each vertex of the others, then an upper function for each triangle (part.h). What the questions
 //     need no more of is closed.
-//  3. Rounds. Each sums up all parts, and ends the search when every interval is narrow enough. Otherwise the parts
-//     that contribute most to the widths get a lower function, or are divided into cells or cut.
+//  3. Where lengths are asked for and the surface is large, foresight: a sample of the triangles is searched first. The
+//     least contribution that was worth refining there is what is refined everywhere, triangle by triangle in step 2;
+//     parts below it are closed, so that few have to be kept.
+//  4. Rounds (area_rounds.cpp). Each sums up all parts, and ends the search when every interval is narrow enough.
+//     Otherwise the parts that contribute most to the widths get a lower function, or are divided into cells or cut.
 //
-// The intervals hold after each round. An interruption leaves those of the round before: no sum follows it.
-// Threads share out the parts of a round, and results are taken over in the order of the parts: the same bits for any
-// number of threads, except that the sweep of step 1 may leave out other triangles.
+// The intervals hold after each round, and after each of the sums that foresight makes meanwhile. An interruption
+// leaves those of the last sum. Threads share out the parts of a round, and results are taken over in the order of the
+// parts: the same bits for any number of threads, except that the sweep of step 1 may leave out other triangles. A
+// sample is a guess of what is worth the work: no interval depends on its being a good one.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -69,6 +74,7 @@ struct Demand {
   std::vector<Probe> probes;
   double mean = 0;
   double square = 0;
+  double excess = 0;  // of the widest interval: its width, less a tolerance, in tolerances
 
   bool met() const { return probes.empty() && mean == 0 && square == 0; }
 
@@ -106,20 +112,41 @@ class AreaSearch {
   struct Limit {
     double down, up;
   };
+  struct Refined;
+  // What is worth refining: what contributes at least `least`.
+  struct Foresight {
+    Demand demand;
+    double least;
+  };
+  // What comes of some triangles.
+  struct Bounded {
+    std::vector<Part> parts;
+    double cell_error = 0;
+    Work work;
+  };
+  static constexpr std::size_t kPartsASum = std::size_t{1} << 12;  // a task of a pass over all parts
 
   bool are_shares_alone() const { return !asked_.mean && asked_.quantiles.empty(); }
   bool weigh();
   bool leave_out_decided();
   std::optional<AreaStop> bound_triangles();
-  void take_triangle(PartBounder& bounder, std::size_t triangle, Part& part);
+  bool take_triangle(PartBounder& bounder, std::size_t triangle, std::uint64_t most_parts, Bounded& found);
+  bool refine_triangle(PartBounder& bounder, const Part& whole, std::uint64_t most_parts, Bounded& found);
+  void take_over(const Bounded& found);
+  bool foresee();
+  std::optional<Foresight> searched(const AreaDirection& direction, const std::vector<std::uint32_t>& sample,
+                                    const std::optional<Foresight>& foresight);
+  void forget();
+  AreaStop bound_and_refine();
   std::size_t to_visit() const { return rest_ ? rest_->size() : in_.from.triangles.size(); }
   std::size_t visited(std::size_t i) const { return rest_ ? (*rest_)[i] : i; }
   AreaStop narrow();
   AreaStop refine_all();
   void narrow_decided();
   bool update();
-  bool update_quantiles(const TotalArea& area);
-  Demand demand() const;
+  bool update_quantiles();
+  // `of_all`: also of what is narrow enough.
+  Demand demand(bool of_all = false) const;
   void demand_quantile(const AreaInterval& known, Demand& demand) const;
   double tolerance_of(double length) const;
   double tolerance_of_share(std::size_t k) const;
@@ -127,12 +154,25 @@ class AreaSearch {
   bool is_closed(const Part& part) const;
   void close(const Part& part);
   bool close_unvisited(std::size_t begin);
-  bool refine(const std::vector<std::size_t>& chosen, const Demand& demand);
-  std::vector<std::size_t> choose(const Demand& demand);
+  template <class Add>
+  bool add_all(std::size_t count, const Add& add, std::vector<ShareSum>& shares, MeanSum& means);
+  void add(const Enclosure& enclosure, double weight, std::vector<ShareSum>& shares, MeanSum& means) const;
+  std::array<Corner, 3> corners_of(std::size_t triangle) const {
+    const Triangle& t = in_.from.triangles[triangle];
+    return {corners_[t[0]], corners_[t[1]], corners_[t[2]]};
+  }
+  bool update_sums(std::size_t begin);
+  TotalArea area_of_all() const;
+  bool sort_out(const Demand& demand, std::vector<double>& wanted);
+  std::vector<std::uint32_t> choose(const Demand& demand);
+  bool refine(const std::vector<std::uint32_t>& chosen, const Demand& demand);
+  bool refine_some(std::span<const std::uint32_t> chosen, const Demand& demand);
+  bool refine_part(PartBounder& bounder, const Foresight& aim, std::uint64_t most_parts, Work& work, Refined& refined);
+  bool bound_cells(PartBounder& bounder, const Foresight& aim, CellParts& cells, Work& work);
   double most_needed(const Part& part) const;
   static bool is_worth_measuring(const Part& part);
   bool is_worth_cells(const Part& part) const;
-  std::size_t most_chosen() const;
+  std::size_t most_at_once() const;
   bool over_budget() const;
   AreaStop interrupted() const;
   AreaBounds result(AreaStop stop) const;
@@ -152,9 +192,13 @@ class AreaSearch {
   std::vector<ShareSum> closed_shares_;
   MeanSum closed_means_;
 
-  AreaBounds known_;           // in frame units: the intersection of all intervals so far
-  double least_chosen_ = 0;    // contribution of the parts that choose() takes
-  bool is_narrowing_ = false;  // all gates are decided; their shares are narrowed
+  AreaBounds known_;                    // in frame units: the intersection of all intervals so far
+  std::optional<Foresight> foresight_;  // from a sample of the triangles
+  double closed_early_ = 0;             // contribution of what was closed by foresight
+  int forgotten_ = 0;                   // how often it began anew
+  std::size_t refined_ = 0;             // parts that were chosen so far
+  double least_chosen_ = 0;             // contribution of the parts that choose() takes
+  bool is_narrowing_ = false;           // all gates are decided; their shares are narrowed
   Work work_;
 };
 

@@ -1,6 +1,7 @@
 #include "engine/extras/area/area_stage.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <new>
@@ -9,6 +10,7 @@
 #include "engine/extras/area/area_search.h"
 #include "engine/extras/area/side_search.h"
 #include "engine/mesh/topology.h"
+#include "engine/search/conclusion.h"
 
 namespace meshgauge {
 namespace {
@@ -78,18 +80,60 @@ std::optional<NoSides> refusal_of(const Topology& topology) {
   return topology.volume->upper < 0 ? std::optional(NoSides{Why::inside_out, std::nullopt}) : std::nullopt;
 }
 
+namespace {
+
+AreaInterval both(const AreaInterval& x, const AreaInterval& y) {
+  return {std::max(x.lower, y.lower), std::min(x.upper, y.upper)};
+}
+
+// All intervals hold, so their intersection does. Why it ended: that of `later`.
+AreaBounds both(const AreaBounds& earlier, AreaBounds later) {
+  for (std::size_t k = 0; k < later.beyond.size(); ++k) later.beyond[k] = both(earlier.beyond[k], later.beyond[k]);
+  for (std::size_t k = 0; k < later.quantiles.size(); ++k)
+    later.quantiles[k] = both(earlier.quantiles[k], later.quantiles[k]);
+  if (later.mean) later.mean = both(*earlier.mean, *later.mean);
+  if (later.rms) later.rms = both(*earlier.rms, *later.rms);
+  return later;
+}
+
+// The time from now that a direction has: with a deadline, its share of what is left, by triangles.
+std::optional<Control::Clock::duration> share_of_time(const MeasuredPair& pair, const Control& control) {
+  if (!control.deadline() || pair.directions.size() < 2) return std::nullopt;
+  double all = 0;
+  for (const MeasuredDirection& d : pair.directions) all += static_cast<double>(d.from.given().triangles.size());
+  const double share = static_cast<double>(pair.directions[0].from.given().triangles.size()) / all;
+  const auto left = *control.deadline() - Control::Clock::now();
+  return std::chrono::duration_cast<Control::Clock::duration>(share * left);
+}
+
+}  // namespace
+
+// Of two directions the first has its share of the time, and begins anew if the second leaves it more than that.
 void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
                 const std::function<void()>& tell, AreaOutcome& found) {
   found.options = *options.areas;
-  for (const MeasuredDirection& direction : pair.directions) {
-    auto& bounds = &direction.from == &pair.a ? found.a_to_b : found.b_to_a;
+  const auto bounds_of = [&](const MeasuredDirection& direction) -> std::optional<AreaBounds>& {
+    return &direction.from == &pair.a ? found.a_to_b : found.b_to_a;
+  };
+  const auto take = [&](const MeasuredDirection& direction) {
     const double upper = direction.result.bounds.upper;
-    bounds = within(upper, *options.areas,
-                    searched(
-                        direction, pair, options, pool, control, tell,
-                        [](const AreaDirection& ready) { return AreaSearch(ready).run(); },
-                        [&](AreaStop stop) { return nothing_known(*options.areas, upper, stop); }));
+    return within(upper, *options.areas,
+                  searched(
+                      direction, pair, options, pool, control, tell,
+                      [](const AreaDirection& ready) { return AreaSearch(ready).run(); },
+                      [&](AreaStop stop) { return nothing_known(*options.areas, upper, stop); }));
+  };
+  const auto share = share_of_time(pair, control);
+  for (const MeasuredDirection& direction : pair.directions) {
+    std::optional<EarlierDeadline> earlier;
+    if (share && &direction == &pair.directions.front()) earlier.emplace(control, Control::Clock::now() + *share);
+    bounds_of(direction) = take(direction);
   }
+  if (!share) return;
+  const MeasuredDirection& first = pair.directions.front();
+  std::optional<AreaBounds>& bounds = bounds_of(first);
+  if (bounds->stop == AreaStop::timeout && *control.deadline() - Control::Clock::now() > *share)
+    bounds = both(*bounds, take(first));
 }
 
 void take_sides(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,

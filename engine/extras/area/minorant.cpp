@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -14,6 +15,7 @@ namespace meshgauge {
 namespace {
 
 constexpr double kLeastLength = 0x1p-400;  // a shorter vector has no direction
+constexpr double kGoodEnough = 0x1p-10;    // of the sum of the values, which may fall by so much without more attempts
 constexpr std::uint64_t kTestsOfOne = 8;   // a triangle takes as long as so many of a query's tests
 
 std::optional<Vec3> direction_of(const Vec3& v) {
@@ -25,81 +27,98 @@ std::optional<Vec3> direction_of(const Vec3& v) {
 // The bound while the tree is walked.
 class Minorant {
  public:
-  Minorant(const Bvh& to, const std::array<Corner, 3>& corners) : to_(to) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      p_[i] = corners[i].point;
-      values_[i] = corners[i].distance;
+  Minorant(const Bvh& to, std::span<const MinorantPoint> points) : to_(to), points_(points) {
+    for (std::size_t i = 0; i < size(); ++i) {
+      values_[i] = points[i].value;
+      centre_ += points[i].point;
     }
-    centre_ = (p_[0] + p_[1] + p_[2]) / 3;
-    for (const Vec3& p : p_) radius_ = std::max(radius_, (p - centre_).norm());
+    centre_ /= static_cast<double>(size());
+    for (const MinorantPoint& p : points) radius_ = std::max(radius_, (p.point - centre_).norm());
     radius_ += rounding::kDistanceSlack;
     for (int k = 0; k < 3; ++k) probe_.centre[k] = centre_[k];
-    add_shared_directions(corners);
+    add_shared_directions();
     update();
-    for (const Corner& corner : corners) add(corner.slot);
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (is_first_of_slot(i)) add(points[i].slot);
+    }
   }
 
-  const Linear& values() const { return values_; }
+  double value(std::size_t i) const { return values_[i]; }
   const LowerProbe& probe() const { return probe_; }
-  double sum() const { return values_[0] + values_[1] + values_[2]; }
-  double most() const { return std::max({values_[0], values_[1], values_[2]}); }
+  double sum() const { return sum_; }
+  double most() const { return most_; }
   // A box farther than this from the centre cannot lower any value.
-  double reach() const { return std::max(most(), 0.0) + radius_; }
+  double reach() const { return std::max(most_, 0.0) + radius_; }
 
   // Takes triangle `slot` into account.
   void add(std::uint32_t slot) {
     const MeshView mesh = to_.mesh();
     const std::array<Vec3, 3> corners{mesh.corner(slot, 0), mesh.corner(slot, 1), mesh.corner(slot, 2)};
-    Best best;
-    for (std::size_t d = 0; d < probe_.directions; ++d) {
-      if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
-    }
     const PreparedTriangle triangle = to_.prepared(slot);
+    Best best;
     const Vec3 from = centre_ - closest_point(triangle, centre_);
     if (attempt(from, corners, best)) return share(from);
     Vec3 normal = triangle.e1.cross(triangle.e2);
     if (normal.dot(from) < 0) normal = -normal;
-    if (attempt(normal, corners, best)) return;
-    for (const Vec3& p : p_) {
-      if (attempt(p - closest_point(triangle, p), corners, best)) return;
+    if (attempt(normal, corners, best)) return share(normal);
+    for (std::size_t d = 0; d < probe_.directions; ++d) {
+      if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
+    }
+    for (const MinorantPoint& p : points_) {
+      if (sum_ - best.sum <= kGoodEnough * sum_) break;
+      if (attempt(p.point - closest_point(triangle, p.point), corners, best)) return;
     }
     values_ = best.values;
     update();
   }
 
  private:
+  using Values = std::array<double, kMostMinorantPoints>;  // by point
   struct Direction {
     Vec3 n;
-    Linear heights;  // of the corners of P
+    Values heights;
   };
   struct Best {
-    Linear values{};
+    Values values{};
     double sum = -1e300;
   };
 
+  std::size_t size() const { return points_.size(); }
+  bool is_first_of_slot(std::size_t i) const {
+    return std::none_of(points_.begin(), points_.begin() + static_cast<std::ptrdiff_t>(i),
+                        [&](const MinorantPoint& p) { return p.slot == points_[i].slot; });
+  }
+
   // The values have fallen.
   void update() {
+    sum_ = 0, most_ = values_[0];
+    for (std::size_t i = 0; i < size(); ++i) sum_ += values_[i], most_ = std::max(most_, values_[i]);
     probe_.limit_sq = far_limit(reach() * reach());
     for (std::size_t d = 0; d < probe_.directions; ++d) {
-      const Linear& h = shared_[d].heights;
-      probe_.tops[d] = std::min({h[0] - values_[0], h[1] - values_[1], h[2] - values_[2]});
+      const Values& h = shared_[d].heights;
+      double top = h[0] - values_[0];
+      for (std::size_t i = 1; i < size(); ++i) top = std::min(top, h[i] - values_[i]);
+      probe_.tops[d] = top;
     }
   }
 
   // The mean direction from B to P, and the normals of P and of the owners on that side. A triangle beyond a convex
   // edge of B lies below its neighbour's plane.
-  void add_shared_directions(const std::array<Corner, 3>& corners) {
+  void add_shared_directions() {
+    constexpr std::size_t kMostOwners = 3;
     Vec3 away = Vec3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) away += p_[i] - closest_point(to_.prepared(corners[i].slot), p_[i]);
-    const auto add_towards = [&](const Vec3& v) { add_direction(v.dot(away) < 0 ? Vec3(-v) : v); };
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t slot = corners[i].slot;
-      if ((i > 0 && slot == corners[0].slot) || (i > 1 && slot == corners[1].slot)) continue;
-      const PreparedTriangle owner = to_.prepared(slot);
-      add_towards(owner.e1.cross(owner.e2));
+    std::array<Vec3, kMostOwners> normals;
+    std::size_t owners = 0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      const PreparedTriangle owner = to_.prepared(points_[i].slot);
+      away += points_[i].point - closest_point(owner, points_[i].point);
+      if (owners < kMostOwners && is_first_of_slot(i)) normals[owners++] = owner.e1.cross(owner.e2);
     }
+    const auto add_towards = [&](const Vec3& v) { add_direction(v.dot(away) < 0 ? Vec3(-v) : v); };
+    for (std::size_t i = 0; i < owners; ++i) add_towards(normals[i]);
     add_direction(away);
-    add_towards((p_[1] - p_[0]).cross(p_[2] - p_[0]));
+    const Vec3& first = points_[0].point;
+    add_towards((points_[1].point - first).cross(points_[2].point - first));
   }
 
   // A direction that keeps one triangle often keeps its neighbours, too.
@@ -116,7 +135,11 @@ class Minorant {
     shared_[probe_.directions++] = {*n, heights(*n)};
   }
 
-  Linear heights(const Vec3& n) const { return {p_[0].dot(n), p_[1].dot(n), p_[2].dot(n)}; }
+  Values heights(const Vec3& n) const {
+    Values found;
+    for (std::size_t i = 0; i < size(); ++i) found[i] = points_[i].point.dot(n);
+    return found;
+  }
 
   static double top_of(const std::array<Vec3, 3>& corners, const Vec3& n) {
     return std::max({corners[0].dot(n), corners[1].dot(n), corners[2].dot(n)});
@@ -128,18 +151,24 @@ class Minorant {
   }
 
   // Keeps the values that fall least. True: the triangle lowers none.
-  bool attempt(const Linear& heights, double top, Best& best) const {
-    Linear fallen;
+  bool attempt(const Values& heights, double top, Best& best) const {
+    Values fallen;
     double sum = 0;
-    for (std::size_t i = 0; i < 3; ++i) sum += fallen[i] = std::min(values_[i], heights[i] - top);
+    bool any = false;
+    for (std::size_t i = 0; i < size(); ++i) {
+      const double value = heights[i] - top;
+      any = any || value < values_[i];
+      sum += fallen[i] = std::min(values_[i], value);
+    }
     if (sum > best.sum) best = {fallen, sum};
-    return fallen == values_;
+    return !any;
   }
 
   const Bvh& to_;
-  std::array<Vec3, 3> p_;
-  Linear values_;
-  Vec3 centre_;
+  const std::span<const MinorantPoint> points_;
+  Values values_;
+  double sum_ = 0, most_ = 0;
+  Vec3 centre_ = Vec3::Zero();
   double radius_ = 0;
   std::array<Direction, LowerProbe::kMaxDirections> shared_;
   LowerProbe probe_{};
@@ -186,9 +215,9 @@ void add_block(const Bvh& to, std::uint32_t block, Minorant& minorant) {
 
 }  // namespace
 
-std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, double least_sum, Work& work,
-                                      const Interrupted* stop) {
-  Minorant minorant(to, corners);
+MinorantFound lower_to_minorant(const Bvh& to, std::span<MinorantPoint> points, double least_sum, Work& work,
+                                const Interrupted* stop) {
+  Minorant minorant(to, points);
   Polling polling(stop, work.triangle_tests);
   std::array<WalkEntry, kMaxStack> stack;
   std::size_t size = 0;
@@ -201,15 +230,16 @@ std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>
     if (!(entry.child & WideNode::kLeaf)) {
       size = push_children(to.kernels(), to.nodes()[entry.child], minorant, stack.data(), size);
       boxes += kLanes;
-      if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
-      continue;
+    } else {
+      add_block(to, entry.child & ~WideNode::kLeaf, minorant);
+      work.triangle_tests += kTestsOfOne * kLanes;
     }
-    add_block(to, entry.child & ~WideNode::kLeaf, minorant);
-    work.triangle_tests += kTestsOfOne * kLanes;
-    if (polling.poll(work.triangle_tests + boxes)) return std::nullopt;
+    if (polling.poll(work.triangle_tests + boxes)) return MinorantFound::interrupted;
   }
-  const Linear found = minorant.most() > 0 ? minorant.values() : Linear{};
-  return found[0] + found[1] + found[2] > least_sum ? found : kNoMinorant;
+  const bool is_any = minorant.most() > 0;  // else 0 is as good
+  if (!((is_any ? minorant.sum() : 0) > least_sum)) return MinorantFound::too_low;
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].value = is_any ? minorant.value(i) : 0;
+  return MinorantFound::yes;
 }
 
 }  // namespace meshgauge

@@ -1,8 +1,8 @@
-// A linear lower bound of the distance over a triangle.
+// A linear lower bound of the distance over a triangle, or over each of several triangles.
 //
-// Statement. Let P be a triangle with the corners p_i, and let F be a set of linear functions such that each triangle T
-// of B has an f in F with f(x) <= d(x,T) for all x in P. Then the linear function with the values min over F of f(p_i)
-// at the corners is at most d(.,B) on P.
+// Statement. Let P be the hull of the points p_i, and let F be a set of linear functions such that each triangle T of B
+// has an f in F with f(x) <= d(x,T) for all x in P. Then on a triangle with corners among the p_i the linear function
+// with the values min over F of f(p_i) at the corners is at most d(.,B).
 // Proof. d(x,B) = min over T of d(x,T) >= min over F of f(x). That minimum is concave, so at x = sum w_i p_i it is at
 // least sum w_i (its value at p_i).
 //
@@ -14,19 +14,29 @@
 // Rounding: R12. The result is computed, without slack.
 #pragma once
 
-#include <array>
-#include <optional>
+#include <cstddef>
+#include <cstdint>
+#include <span>
 
-#include "engine/extras/area/enclosure.h"
 #include "engine/search/piece.h"
 #include "engine/tree/bvh.h"
 
 namespace meshgauge {
 
-// Returns values of at most `corners[i].distance`, or kNoMinorant when their sum would be at most `least_sum`. nullopt:
-// `stop`, which is polled about every 0.1 ms, returned true. Thread safe. Precondition: the corners have slots of `to`.
-inline constexpr Linear kNoMinorant{-1e300, -1e300, -1e300};
-std::optional<Linear> linear_minorant(const Bvh& to, const std::array<Corner, 3>& corners, double least_sum, Work& work,
-                                      const Interrupted* stop);
+// A point and the value there.
+struct MinorantPoint {
+  Vec3 point;
+  double value;        // in: the most that is wanted; out: that of the lower bound
+  std::uint32_t slot;  // a triangle of `to`, probably the nearest
+};
+inline constexpr std::size_t kMostMinorantPoints = 12;
+
+enum class MinorantFound : std::uint8_t { yes, too_low, interrupted };
+
+// Lowers the values to those of a lower bound. too_low: their sum would be at most `least_sum`; interrupted: `stop`,
+// which is polled about every 0.1 ms, returned true; then the values are unchanged. Thread safe. Precondition: 3 to
+// kMostMinorantPoints points.
+MinorantFound lower_to_minorant(const Bvh& to, std::span<MinorantPoint> points, double least_sum, Work& work,
+                                const Interrupted* stop);
 
 }  // namespace meshgauge

@@ -14,7 +14,8 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kMaxVisits = 32;  // of triangles of B by one overlay
+constexpr std::size_t kMaxVisits = 32;       // of triangles of B by one overlay
+constexpr double kLeastCrossing = 1.0 / 64;  // of the other side's height: a smaller side is not worth a part
 
 double sum(const Linear& f) { return f[0] + f[1] + f[2]; }
 
@@ -32,6 +33,16 @@ PartCut longest_edge(const std::array<Corner, 3>& corners) {
 double longest(const std::array<Corner, 3>& corners) {
   const PartCut edge = longest_edge(corners);
   return (corners[edge.a].point - corners[edge.b].point).norm();
+}
+
+Vec3 point_of(const PreparedTriangle& frame, const Vec2& at) { return frame.a + at.x() * frame.e1 + at.y() * frame.e2; }
+
+// For x = sum w_i p_i, d(x,B) <= sum w_i (d_i + |x - p_i|), where sum w_i |x - p_i| is at most the root of sum w_i |x -
+// p_i|^2, which is at most that about the centre m of the smallest circle, sum w_i |m - p_i|^2 <= R^2.
+Linear lipschitz(const std::array<Corner, 3>& corners) {
+  constexpr double kRoundUp = 1 + 0x1p-47;  // lipschitz.h
+  const double radius = kRoundUp * enclosing_radius(corners[0].point, corners[1].point, corners[2].point);
+  return {corners[0].distance + radius, corners[1].distance + radius, corners[2].distance + radius};
 }
 
 // Where the distance to one owner passes that to the other on the way from a to b, within `resolution`.
@@ -56,14 +67,10 @@ double PartBounder::slack_low(std::uint32_t depth) const {
   return rounding::kMinorantSlack + rounding::kCutPointSlack * depth + error_;
 }
 
-// d(x,B) <= d(x,T), which is convex, for the triangle T nearest to a corner. And for x = sum w_i p_i,
-// d(x,B) <= sum w_i (d_i + |x - p_i|), where sum w_i |x - p_i| is at most the root of sum w_i |x - p_i|^2, which is at
-// most that about the centre m of the smallest circle, sum w_i |m - p_i|^2 <= R^2.
-Linear PartBounder::high_of(const Part& part, Work& work) {
+// d(x,B) <= d(x,T), which is convex, for the triangle T nearest to a corner.
+Linear PartBounder::high_of(const Part& part, bool by_overlay, Work& work) {
   const auto& corners = part.corners;
-  constexpr double kRoundUp = 1 + 0x1p-47;  // lipschitz.h
-  const double radius = kRoundUp * enclosing_radius(corners[0].point, corners[1].point, corners[2].point);
-  Linear best{corners[0].distance + radius, corners[1].distance + radius, corners[2].distance + radius};
+  Linear best = lipschitz(corners);
   for (std::size_t owner = 0; owner < 3; ++owner) {
     const std::uint32_t slot = corners[owner].slot;
     const bool is_tried = (owner > 0 && slot == corners[0].slot) || (owner > 1 && slot == corners[1].slot);
@@ -78,7 +85,7 @@ Linear PartBounder::high_of(const Part& part, Work& work) {
   const double slack = slack_high(part.depth);
   const double nearest = std::min({corners[0].distance, corners[1].distance, corners[2].distance});
   const bool is_beyond = !limits_.empty() && nearest > limits_.back();  // so is any upper function
-  if (!is_beyond && !is_within(best, slack, part, work)) tighten_by_overlay(part, best, work);
+  if (by_overlay && !is_beyond && !is_within(best, slack, part, work)) tighten_by_overlay(part, best, work);
   for (double& value : best) value += slack;
   return best;
 }
@@ -121,22 +128,39 @@ void PartBounder::tighten_by_overlay(const Part& part, Linear& high, Work& work)
   for (std::size_t i = 0; i < 3; ++i) high[i] = base(part.corners[i].point) + *attempt.upper;
 }
 
-Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, Work& work) {
+Linear PartBounder::high_of_corners(const std::array<Corner, 3>& corners) const {
+  Linear high = lipschitz(corners);
+  for (double& value : high) value += slack_high(0);
+  return high;
+}
+
+Part PartBounder::whole(const std::array<Corner, 3>& corners, double weight, bool by_overlay, Work& work) {
   Part part{corners, {}, weight};
-  part.enclosure.high = high_of(part, work);
+  part.enclosure.high = high_of(part, by_overlay, work);
   return part;
 }
 
-bool PartBounder::bound_below(Part& part, double most, Work& work, const Interrupted* stop) {
-  const double slack = slack_low(part.depth);
-  std::array<Corner, 3> corners = part.corners;
-  for (Corner& corner : corners) corner.distance = std::min(corner.distance, most + 2 * slack);
-  const auto minorant = linear_minorant(to_, corners, sum(part.enclosure.low) + 3 * slack, work, stop);
-  if (!minorant) return false;
-  Linear low = *minorant;
-  for (double& value : low) value -= slack;
-  if (sum(low) > sum(part.enclosure.low)) part.enclosure.low = low;
-  part.has_low = true;
+bool PartBounder::bound_fan_below(std::span<Part> fan, double most, Work& work, const Interrupted* stop) {
+  const double slack = slack_low(fan[0].depth), wanted = most + 2 * slack;
+  std::array<MinorantPoint, kMostMinorantPoints> points;
+  std::size_t size = 0;
+  double known = 0;
+  const auto add = [&](const Part& part, std::size_t i) {
+    const Corner& corner = part.corners[i];
+    points[size++] = {corner.point, std::min(corner.distance, wanted), corner.slot};
+    known += part.enclosure.low[i] + slack;
+  };
+  add(fan[0], 0);
+  add(fan[0], 1);
+  for (const Part& part : fan) add(part, 2);
+  const auto found = lower_to_minorant(to_, {points.data(), size}, known, work, stop);
+  if (found == MinorantFound::interrupted) return false;
+  for (std::size_t i = 0; i < fan.size(); ++i) {
+    Part& part = fan[i];
+    part.has_low = true;
+    const Linear low{points[0].value - slack, points[i + 1].value - slack, points[i + 2].value - slack};
+    if (found == MinorantFound::yes && sum(low) > sum(part.enclosure.low)) part.enclosure.low = low;
+  }
   return true;
 }
 
@@ -195,7 +219,7 @@ std::optional<std::array<Part, 2>> PartBounder::split(const Part& part, Work& wo
     half.depth = part.depth + 1;
     half.is_cell = part.is_cell;
     half.is_rough = part.is_rough;
-    half.enclosure.high = high_of(half, work);
+    half.enclosure.high = high_of(half, true, work);
     // The parent's functions hold on the exact part, up to the rounding of the new value.
     const Enclosure& known = part.enclosure;
     const Linear high{known.high[end], value(known.high) + rounding::kCutValueSlack, known.high[cut.c]};
@@ -217,23 +241,50 @@ std::optional<CellParts> PartBounder::cells(const Part& part, std::uint64_t most
   const double whole = found->frame.length * found->frame.cy;  // areas here are doubled
   CellParts made;
   double sum = 0;
-  for (const Overlay::Cell& cell : found->cells) sum += add_cell(part, found->frame, cell, whole, made.parts);
+  for (const Overlay::Cell& cell : found->cells) sum += add_cell(part, found->frame, cell, whole, made);
   const double error =
-      std::abs(sum - whole) + rounding::cell_error(found->cells.size(), made.parts.size(), found->frame.length);
+      std::abs(sum - whole) + rounding::cell_error(made.fans.size(), made.parts.size(), found->frame.length);
   if (!(error <= most_cell_error_ * whole) || made.parts.size() > most_parts) return std::nullopt;
   work.subdivisions += made.parts.size();
   made.error = part.weight * (error / whole);
   return made;
 }
 
-// Adds the parts of a cell. Returns their area.
+// Adds the parts of a cell, on each side of its triangle's plane. Returns their area.
 double PartBounder::add_cell(const Part& part, const PreparedTriangle& frame, const Overlay::Cell& cell, double whole,
-                             std::vector<Part>& made) const {
+                             CellParts& made) const {
   const PreparedTriangle over = to_.prepared(cell.triangle);
+  const Vec3 normal = over.e1.cross(over.e2);
+  const Polygon& polygon = cell.polygon;
+  std::array<double, Polygon::kMaxCorners> heights;
+  double highest = 0, lowest = 0;
+  for (std::size_t i = 0; i < polygon.size; ++i) {
+    heights[i] = (point_of(frame, polygon.corners[i]) - over.a).dot(normal);
+    highest = std::max(highest, heights[i]), lowest = std::min(lowest, heights[i]);
+  }
+  const auto add = [&](const Polygon& one) { return add_fan(part, frame, over, {cell.triangle, one}, whole, made); };
+  if (std::min(highest, -lowest) < kLeastCrossing * std::max(highest, -lowest)) return add(polygon);
+  Polygon above, below;
+  for (std::size_t i = 0; i < polygon.size; ++i) {
+    const std::size_t next = i + 1 == polygon.size ? 0 : i + 1;
+    const double at = heights[i], end = heights[next];
+    const Vec2 &x = polygon.corners[i], &y = polygon.corners[next];
+    (at >= 0 ? above : below).add(x);
+    if ((at >= 0) == (end >= 0)) continue;
+    const Vec2 between = x + (at / (at - end)) * (y - x);
+    above.add(between);
+    below.add(between);
+  }
+  return add(above) + add(below);
+}
+
+// Adds the triangles of a polygon from its first corner. Returns their area.
+double PartBounder::add_fan(const Part& part, const PreparedTriangle& frame, const PreparedTriangle& over,
+                            const Overlay::Cell& cell, double whole, CellParts& made) const {
   const Polygon& polygon = cell.polygon;
   std::array<Corner, Polygon::kMaxCorners> corners;
   for (std::size_t i = 0; i < polygon.size; ++i) {
-    const Vec3 p = frame.a + polygon.corners[i].x() * frame.e1 + polygon.corners[i].y() * frame.e2;
+    const Vec3 p = point_of(frame, polygon.corners[i]);
     corners[i] = {p, distance(over, p), cell.triangle};
   }
   const double low = std::max(least(part.enclosure.low), 0.0);
@@ -246,8 +297,9 @@ double PartBounder::add_cell(const Part& part, const PreparedTriangle& frame, co
     one.depth = part.depth + rounding::kCellLevels;
     one.is_cell = one.is_rough = true;
     for (std::size_t k = 0; k < 3; ++k) one.enclosure.high[k] = one.corners[k].distance + slack_high(one.depth);
-    made.push_back(one);
+    made.parts.push_back(one);
   }
+  if (polygon.size > 2) made.fans.push_back(made.parts.size());
   return sum;
 }
 
@@ -257,7 +309,7 @@ bool PartBounder::measure(Part& part, Work& work, const Interrupted* stop) {
     if (!corner.complete) return false;
   }
   part.is_rough = false;
-  const Linear high = high_of(part, work);
+  const Linear high = high_of(part, true, work);
   if (sum(high) < sum(part.enclosure.high)) part.enclosure.high = high;
   return true;
 }

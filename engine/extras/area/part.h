@@ -4,30 +4,34 @@
 //    exactly, so weights are divided alike (rounding.h R12).
 //
 //  * Cells. The overlay (engine/fast/bounds/overlay.h) covers the part P with polygons, each under one triangle T of B.
-//    d(.,T) bounds d(.,B) above there, and is mostly equal to it. The polygons are divided into triangles from their
-//    first corners.
+//    d(.,T) bounds d(.,B) above there, and is mostly equal to it. A polygon that crosses the plane of T is divided
+//    along it, since d(.,T) has a crease there. The polygons are divided into triangles from their first corners.
 //    Statement. Let the areas of the cells add up to |P| + e, e possibly negative, and let a part of P of area at most
 //    r be in no cell. Then the area that is in more cells than one, or outside of P, counted so often, is at most e +
 //    r. So with shares x_low <= x <= x_high of the cells C, the share of P is between (sum |C| x_low - e - r) / |P| and
 //    (sum |C| x_high + r) / |P|, and with values in [0, m] instead of shares m times e + r and r are in their places.
 //    Proof. sum |C| - |union of the C in P| <= |P| + e - (|P| - r).
-//    Rounding (R18), u = 2^-53. Each point of P is within 36u of a cell, and a point of a cell's edge within 12u of
-//    that edge (overlay.h). A corner in space errs by 10u more, and the frame's residual is below 32u. So a point of P,
-//    also one in no cell, is within 36u + 12u + 10u + 32u of one that a cell bounds, which the slack of kCellLevels
-//    cuts exceeds: 8 * 16u. Therefore a limit that all cells are within, or beyond, holds for all of P. With L the
-//    longest edge, a cell's outline is at most 3L long; what it misses, doubled, is below 2 * (36u * 3L + 3.15 *
-//    (36u)^2), and fans of polygons that rounding made concave err by 12uL at a corner. In all less than 1024uL + 2^-88
-//    a cell. The area of a part, doubled, is a difference of two products of differences: it errs by less than 128u
-//    L^2.
+//    Rounding (R18), u = 2^-53. Each point of P is within 36u of a polygon of the overlay, and a point of a cell's edge
+//    within 12u of that edge (overlay.h). A polygon divided along a plane: the two points of the cut are corners of
+//    both halves, and each is computed within 12u of its edge, so a point of the polygon is within 12u of a half. A
+//    corner in space errs by 10u more, and the frame's residual is below 32u. So a point of P, also one in no cell, is
+//    within 36u + 12u + 12u + 10u + 32u of one that a cell bounds, which the slack of kCellLevels cuts exceeds: 8 *
+//    16u. Therefore a limit that all cells are within, or beyond, holds for all of P. With L the longest edge, a cell's
+//    outline is at most 3L long; what it misses, doubled, is below 2 * (48u * 3L + 3.15 * (48u)^2), and fans of
+//    polygons that rounding made concave err by 12uL at a corner. In all less than 1024uL + 2^-88 a cell, halves
+//    counted each. The area of a part, doubled, is a difference of two products of differences: it errs by less than
+//    128u L^2.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "engine/extras/area/enclosure.h"
+#include "engine/extras/area/minorant.h"
 #include "engine/fast/bounds/overlay.h"
 #include "engine/search/piece.h"
 #include "engine/tree/bvh.h"
@@ -49,7 +53,8 @@ struct Part {
 // The cells of a part.
 struct CellParts {
   std::vector<Part> parts;
-  double error = 0;  // at least |e| + r of the statement, as a weight
+  std::vector<std::size_t> fans;  // the ends of the cells' parts in `parts`
+  double error = 0;               // at least |e| + r of the statement, as a weight
 };
 
 // A cut of a part from a point of the edge ab to the corner c: numbers of corners.
@@ -71,10 +76,19 @@ class PartBounder {
         most_cell_error_(most_cell_error),
         overlay_(to, adjacency) {}
 
-  // A whole triangle with measured corners; its enclosure has an upper function and no lower one.
-  Part whole(const std::array<Corner, 3>& corners, double weight, Work& work);
+  // A whole triangle with measured corners; its enclosure has an upper function and no lower one. `by_overlay`: the
+  // overlay is tried, too.
+  Part whole(const std::array<Corner, 3>& corners, double weight, bool by_overlay, Work& work);
+  // Its upper function by the distances of the corners alone.
+  Linear high_of_corners(const std::array<Corner, 3>& corners) const;
   // Adds a lower function; its values need not be more than `most`. False: `stop` returned true; the part is unchanged.
-  bool bound_below(Part& part, double most, Work& work, const Interrupted* stop);
+  bool bound_below(Part& part, double most, Work& work, const Interrupted* stop) {
+    return bound_fan_below({&part, 1}, most, work, stop);
+  }
+  // The same for each of several parts of one depth: the triangles of a polygon from its first corner, as cells() makes
+  // them. At most kMostOfFan.
+  bool bound_fan_below(std::span<Part> fan, double most, Work& work, const Interrupted* stop);
+  static constexpr std::size_t kMostOfFan = kMostMinorantPoints - 2;
   // Cuts the part in two, each with the functions of the whole or narrower ones, without a lower one of its own.
   // nullopt: `stop` returned true.
   std::optional<std::array<Part, 2>> split(const Part& part, Work& work, const Interrupted* stop);
@@ -94,11 +108,13 @@ class PartBounder {
 
  private:
   double slack_high(std::uint32_t depth) const;
-  Linear high_of(const Part& part, Work& work);
+  Linear high_of(const Part& part, bool by_overlay, Work& work);
   bool is_within(Linear& high, double slack, const Part& part, Work& work);
   void tighten_by_overlay(const Part& part, Linear& high, Work& work);
   double add_cell(const Part& part, const PreparedTriangle& frame, const Overlay::Cell& cell, double whole,
-                  std::vector<Part>& made) const;
+                  CellParts& made) const;
+  double add_fan(const Part& part, const PreparedTriangle& frame, const PreparedTriangle& over,
+                 const Overlay::Cell& cell, double whole, CellParts& made) const;
   PartCut cut_of(const Part& part) const;
   std::optional<double> crease(const Corner& a, const Corner& b, double length) const;
 

@@ -144,7 +144,7 @@ std::optional<AreaStop> SideSearch::bound_triangles() {
         SidePart& part = parts[i - begin];
         part.triangle = rest_ ? (*rest_)[i] : static_cast<std::uint32_t>(i);
         const Triangle& t = in_.from.triangles[part.triangle];
-        part.part = bounders_[worker].whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, 0, work);
+        part.part = bounders_[worker].whole({corners_[t[0]], corners_[t[1]], corners_[t[2]]}, 0, true, work);
         part.upper.fill(most(part.part.enclosure.high));
       }
     });

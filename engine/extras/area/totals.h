@@ -55,6 +55,13 @@ struct ShareSum {
     high += weight * above;
     if (above > 0) low += weight * share_beyond(enclosure.low, up);
   }
+
+  ShareSum& operator+=(const ShareSum& other) {
+    low += other.low, high += other.high;
+    all_zero = all_zero && other.all_zero;
+    all_one = all_one && other.all_one;
+    return *this;
+  }
 };
 
 struct MeanSum {
@@ -68,6 +75,12 @@ struct MeanSum {
     square_high += weight * mean_square(enclosure.high);
     low += weight * mean_below(enclosure.low);
     square_low += weight * mean_square_below(enclosure.low);
+  }
+
+  MeanSum& operator+=(const MeanSum& other) {
+    low += other.low, high += other.high;
+    square_low += other.square_low, square_high += other.square_high;
+    return *this;
   }
 };
 
