@@ -16,6 +16,9 @@ namespace {
 
 constexpr std::size_t kMaxVisits = 32;       // of triangles of B by one overlay
 constexpr double kLeastCrossing = 1.0 / 64;  // of the other side's height: a smaller side is not worth a part
+constexpr double kLeastHeight = 0x1p-40;     // of the frame, over a plane: less may be rounding alone
+// Rounded corners may be on alternating sides of a plane, and then a division makes 1.5 times as many (polygon.h).
+constexpr std::size_t kMostDivided = 2 * Polygon::kMaxCorners / 3;
 
 double sum(const Linear& f) { return f[0] + f[1] + f[2]; }
 
@@ -263,7 +266,9 @@ double PartBounder::add_cell(const Part& part, const PreparedTriangle& frame, co
     highest = std::max(highest, heights[i]), lowest = std::min(lowest, heights[i]);
   }
   const auto add = [&](const Polygon& one) { return add_fan(part, frame, over, {cell.triangle, one}, whole, made); };
-  if (std::min(highest, -lowest) < kLeastCrossing * std::max(highest, -lowest)) return add(polygon);
+  const double lower = std::min(highest, -lowest), higher = std::max(highest, -lowest);
+  const bool is_flat = higher <= kLeastHeight * normal.norm() || lower < kLeastCrossing * higher;
+  if (is_flat || polygon.size > kMostDivided) return add(polygon);
   Polygon above, below;
   for (std::size_t i = 0; i < polygon.size; ++i) {
     const std::size_t next = i + 1 == polygon.size ? 0 : i + 1;
