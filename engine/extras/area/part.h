@@ -13,7 +13,9 @@
 //    Proof. sum |C| - |union of the C in P| <= |P| + e - (|P| - r).
 //    Rounding (R18), u = 2^-53. Each point of P is within 36u of a polygon of the overlay, and a point of a cell's edge
 //    within 12u of that edge (overlay.h). A polygon divided along a plane: the two points of the cut are corners of
-//    both halves, and each is computed within 12u of its edge, so a point of the polygon is within 12u of a half. A
+//    both halves, and each is computed within 12u of its edge, so a point of the polygon is within 12u of a half.
+//    Corners on alternating sides, by rounding, give more points, in the order of the outline: then the halves cover
+//    the polygon that these points form twice, which e counts, and nothing is missed. A
 //    corner in space errs by 10u more, and the frame's residual is below 32u. So a point of P, also one in no cell, is
 //    within 36u + 12u + 12u + 10u + 32u of one that a cell bounds, which the slack of kCellLevels cuts exceeds: 8 *
 //    16u. Therefore a limit that all cells are within, or beyond, holds for all of P. With L the longest edge, a cell's
