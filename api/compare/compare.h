@@ -71,9 +71,10 @@ using MeshReader = std::function<std::optional<Result<SharedMesh>>(bool beside, 
 MeshReader reader_here(std::function<Result<SharedMesh>(Control&)> read);
 
 // Reads both meshes: side by side if reads_side_by_side(threads), else b after a. Meshes and Errors are the same either
-// way: that of a, else that of b. A mesh that cannot be read beside the other is read again alone. A refused a stops
-// b's reader, which is waited for. Either may be called on another thread. An empty `read_b`: b is the same file as a.
-// Notes read_a and read_b in `times`. Throws what a reader throws, when both have ended.
+// way, but for limits on memory: that of a, else that of b. A mesh that cannot be read beside the other is read again
+// alone. A refused a stops b's reader, if that looks at its Control, and waits for it. Either may be called on another
+// thread. An empty `read_b`: b is the same file as a. Notes read_a and read_b in `times`. Throws what a reader throws,
+// when both have ended.
 Result<SharedMeshes> read_both(const MeshReader& read_a, const MeshReader& read_b, unsigned threads, Control& control,
                                StageTimes& times);
 

@@ -68,10 +68,10 @@ struct ReadNotes {
   bool cloud = false;  // points without faces: the mesh's triangles are its points (engine/mesh.h)
   PolygonNotes polygons;
   std::size_t skipped_primitives = 0;  // points, lines, joins of strips: without a surface
-  std::size_t welded_vertices = 0;     // merged with a vertex of the same position; only by read_part()
-  std::size_t unused_objects = 0;      // objects of a 3MF outside its build, meshes of a glTF outside its scene
-  std::size_t helper_objects = 0;  // objects and volumes of a 3MF that are not printed: support, modifiers, blockers
-  std::optional<LengthUnit> unit;  // named by the file or fixed by its format; nullopt: not known
+  std::size_t welded_vertices = 0;  // merged with a vertex of the same position: by read_part(), or if ReadMesh::merged
+  std::size_t unused_objects = 0;   // objects of a 3MF outside its build, meshes of a glTF outside its scene
+  std::size_t helper_objects = 0;   // objects and volumes of a 3MF that are not printed: support, modifiers, blockers
+  std::optional<LengthUnit> unit;   // named by the file or fixed by its format; nullopt: not known
   // The format by a hint, only if the content is of another format.
   std::optional<Format> filename_says;
   std::optional<Format> media_type_says;

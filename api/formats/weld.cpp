@@ -46,7 +46,7 @@ void Welder::make_table(std::size_t slots) {
 
 void Welder::grow() {
   const std::size_t slots = 2 * table_.size();
-  table_ = {};  // frees its memory before the larger one is taken
+  table_ = decltype(table_)();  // frees its memory before the larger one is taken
   make_table(slots);
   const std::size_t mask = slots - 1;
   for (std::uint32_t i = 0; i < count_; ++i) {

@@ -151,6 +151,10 @@ bool Jobs::has_place(Kind kind, const std::string& client) const {
   return !is_full(kind) && scheduler_.has_place(kind, client);
 }
 
+bool Jobs::has_place_for_new_client(Kind kind) const {
+  return !is_full(kind) && scheduler_.has_place_for_new_client(kind);
+}
+
 bool Jobs::is_full(Kind kind) const {
   return queue_ && kind == Kind::durable && figures().durable_slots >= settings_.max_queued_jobs;
 }

@@ -66,8 +66,8 @@ class Jobs final : private Watcher::Listener {
   Result<Done> available() const { return queue_ ? queue_->available() : Done{}; }
   // nullopt: the queue is full, and the client has its share of it (share.h).
   std::optional<Scheduler::Slot> admit(Kind kind, const std::string& client);
-  bool has_place(Kind kind, const std::string& client) const;                     // whether admit() would succeed now
-  bool has_place_for_new_client(Kind kind) const { return has_place(kind, ""); }  // one that has no place yet
+  bool has_place(Kind kind, const std::string& client) const;  // whether admit() would succeed now
+  bool has_place_for_new_client(Kind kind) const;              // one that has no place yet
   Submitted submit(Scheduler::Slot slot, Submission submission);
   // Whether a stored comparison has the submission's idempotency key.
   Result<bool> repeats(const Submission& submission);

@@ -67,15 +67,25 @@ Result<api::SharedMeshes> load_both(MeshLoader& loader, const MeshSource& a, con
   std::optional<MemoryReservation> second;
   const auto load_a = [&](bool beside, Control& reading) -> Loaded {
     std::optional<MayFail> may_fail;
-    if (beside) may_fail.emplace();
+    if (beside) {
+      may_fail.emplace();
+    } else {
+      second.reset();
+    }
     return loader.load(a, memory, reading);
   };
+  // What cannot be read beside, for want of memory or of a process, is read alone; others may have its memory until
+  // then.
   const auto load_b = [&](bool beside, Control& reading) -> Loaded {
     second.reset();
     if (!beside) return loader.load(b, memory, reading);
     const MayFail may_fail;
-    auto mesh = loader.load(b, second.emplace(&memory), reading);
-    if (!second->restart()) return mesh;
+    try {
+      auto mesh = loader.load(b, second.emplace(&memory), reading);
+      if (mesh || mesh.error().code != ErrorCode::internal) return mesh;
+    } catch (const std::bad_alloc&) {
+    }
+    second.reset();
     return std::nullopt;
   };
   const bool is_same = a.kept && a.kept == b.kept;

@@ -88,6 +88,12 @@ bool Scheduler::has_place(Kind kind, const std::string& client) const {
   return (kind == Kind::awaited ? awaited_ : durable_).next(client) != NextPlace::none;
 }
 
+bool Scheduler::has_place_for_new_client(Kind kind) const {
+  const std::lock_guard lock(mutex_);
+  const Slots& places = kind == Kind::awaited ? awaited_ : durable_;
+  return next_place({}, places.taken, places.limit) != NextPlace::none;
+}
+
 Scheduler::Slot Scheduler::admit_again(const std::string& client) {
   const std::lock_guard lock(mutex_);
   durable_.take(client, durable_.next(client));  // where there is no place, one beyond its share

@@ -89,6 +89,7 @@ class Scheduler {
 
   std::optional<Slot> admit(Kind kind, const std::string& client);  // nullopt: next_place() is none
   bool has_place(Kind kind, const std::string& client) const;       // whether admit() would succeed now
+  bool has_place_for_new_client(Kind kind) const;                   // one that has no place yet
   Slot admit_again(const std::string& client);               // for a durable job from before a restart: always succeeds
   Slot uncounted() { return {nullptr, Kind::durable, ""}; }  // for a job that is counted elsewhere
   void submit(Slot slot, Task task);                         // never blocks

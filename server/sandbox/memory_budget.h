@@ -6,11 +6,13 @@
 // The memory of searches is set aside for each thread (plan_memory(), server/settings/settings.h).
 //
 // A second file that a job reads beside its first has a reservation of its own, which the job takes over in the end. It
-// takes nothing of the last quarter of the budget or before a job that waits, and neither waits nor restarts the job:
-// where a step does not fit, or no process is free, the file is read after the first.
+// takes nothing of the last quarter of the budget or before a job that waits, and never waits itself: where a step does
+// not fit, or no process is free, the file is read after the first. Where it leaves too little for a step of the first,
+// the job begins again, and reads one file after the other.
 //
 // Order: the job that waits longest is next. Small jobs pass large ones that wait, within an eighth of the budget that
-// large jobs never get; so a large job neither blocks small ones nor is kept waiting by them.
+// large jobs never get, unless they became large by a second file; so a large job neither blocks small ones nor is kept
+// waiting by them.
 #pragma once
 
 #include <condition_variable>

@@ -98,7 +98,7 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"workers", "Maximum number of comparisons running at the same time; 0: one per processor"}, s.workers);
   visit({"queue",
          "Maximum number of comparisons of one client uploading or waiting beside the running ones, and of all clients "
-         "a quarter more; beyond it: 503"},
+         "a quarter of workers and queue more; beyond it: 503"},
         s.queue);
   visit({"max_queued_jobs",
          "Maximum number of durable comparisons queued or running, batches apart, and without a database a quarter "

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <random>
 #include <utility>
 
 #include "engine/hausdorff.h"
@@ -282,6 +283,49 @@ TEST_CASE("area: triangles refined as a sample of them was: the same intervals, 
   }
 }
 
+TEST_CASE("area: a quantile is found where the sample's is another") {
+  // Triangles at heights over a plane whose distribution falls exponentially: a sample's 95 % err by several percent.
+  std::mt19937_64 random(1);
+  std::exponential_distribution<double> height;
+  const Mesh b = shapes::moved(shapes::scaled(shapes::grid(2), 8), {-4, -4, 0});
+  AreaOptions asked;
+  asked.quantiles = {0.95};
+  for (int round = 0; round < 12; ++round) {
+    CAPTURE(round);
+    Mesh a;
+    for (std::uint32_t i = 0; i < 1600; ++i) {
+      const double x = i % 40 / 40.0, y = i / 40 / 40.0, z = height(random);
+      for (const Vec3& corner : {Vec3(x, y, z), Vec3(x + 0.01, y, z), Vec3(x, y + 0.01, z)})
+        a.positions.push_back(corner);
+      a.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    Options options;
+    options.direction = Direction::a_to_b;
+    options.areas = asked;
+    options.thresholds.area_sample = 100;
+    Control control;
+    const AreaBounds found = *measure(a, b, options, control).areas->a_to_b;
+    CHECK(found.stop == AreaStop::complete);
+    CHECK(found.quantiles[0].upper - found.quantiles[0].lower <= asked.length_tolerance * found.quantiles[0].upper);
+  }
+}
+
+TEST_CASE("area: few work items leave the triangles' own bounds, also with a sample") {
+  const Mesh a = shapes::sphere(6, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(5);
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.areas = everything({});
+  options.areas->length_tolerance = 1e-3;
+  options.max_work_items = 1000;
+  options.thresholds.area_sample = 64;
+  Control control;
+  const Outcome found = measure(a, b, options, control);
+  const AreaBounds& bounds = *found.areas->a_to_b;
+  CHECK(bounds.stop == AreaStop::budget);
+  CHECK(bounds.mean->lower > 0);
+  CHECK(bounds.mean->upper < found.upper);
+}
+
 TEST_CASE("area: an interruption at any check leaves intervals that hold") {
   const Mesh a = shapes::sphere(5, 1.1, {0.1, 0.05, 0}), b = shapes::sphere(4);
   AreaOptions shares;
@@ -296,12 +340,17 @@ TEST_CASE("area: an interruption at any check leaves intervals that hold") {
     const auto meet = [](const AreaInterval& x, const AreaInterval& y) {
       return x.lower <= y.upper && y.lower <= x.upper && x.lower <= x.upper;
     };
-    bool was_interrupted = false;
+    bool was_interrupted = false, by_sample = false;
     for (std::uint64_t at = 1; at <= whole.checks(); at += 1 + whole.checks() / 40) {
       CAPTURE(at);
       Control control;
       control.cancel_at_check(at);
-      const AreaBounds found = *measured(a, b, asked, control).areas->a_to_b;
+      Options options;
+      options.direction = Direction::a_to_b;
+      options.areas = asked;
+      options.thresholds.area_sample = by_sample ? 9 : 0;
+      by_sample = !by_sample;
+      const AreaBounds found = *measure(a, b, options, control).areas->a_to_b;
       was_interrupted = was_interrupted || found.stop == AreaStop::cancelled;
       for (std::size_t k = 0; k < 2; ++k) CHECK(meet(found.beyond[k], narrow.beyond[k]));
       for (std::size_t q = 0; q < asked.quantiles.size(); ++q) CHECK(meet(found.quantiles[q], narrow.quantiles[q]));

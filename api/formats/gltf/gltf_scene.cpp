@@ -371,7 +371,8 @@ void Scene::separate_triangles(std::span<const std::uint32_t> corners, std::uint
   std::array<Triangle, kAtOnce> block;
   std::size_t in_block = 0;
   std::vector<Triangle>& to = out_.mesh.triangles;
-  for (const std::uint32_t* p = corners.data(); p + 3 <= corners.data() + corners.size(); p += 3) {
+  for (; corners.size() >= 3; corners = corners.subspan(3)) {
+    const std::uint32_t* const p = corners.data();
     block.data()[in_block++] = {first + p[0], first + p[1], first + p[2]};
     if (in_block == kAtOnce) to.insert(to.end(), block.begin(), block.end()), in_block = 0;
   }

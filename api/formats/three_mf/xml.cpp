@@ -173,6 +173,13 @@ void set_salt(XML_Parser parser, std::uint64_t salt) {
   XML_SetHashSalt16Bytes(parser, reinterpret_cast<const std::uint8_t*>(bytes.data()));
 }
 #endif
+// expat 2.6 puts off a tag that was cut until as much again has come. Here a tag of which the rest has come is wanted
+// at once; pieces of 64 KiB and kLongestTag limit how often a cut one is read again.
+#if XML_MAJOR_VERSION == 2 && XML_MINOR_VERSION < 6
+void defer_nothing(XML_Parser /*parser*/) {}
+#else
+void defer_nothing(XML_Parser parser) { XML_SetReparseDeferralEnabled(parser, XML_FALSE); }
+#endif
 #if XML_MAJOR_VERSION == 2 && XML_MINOR_VERSION < 9
 std::uint64_t line_of(XML_Parser parser) { return XML_GetCurrentLineNumber(parser); }
 std::int64_t byte_of(XML_Parser parser) { return XML_GetCurrentByteIndex(parser); }
@@ -267,6 +274,7 @@ XmlReader::XmlReader(const Source& source, const std::string& name, XmlHandler& 
   parser_.reset(XML_ParserCreate_MM(nullptr, &kMemory, nullptr));
   if (!parser_) throw std::bad_alloc();
   set_salt(parser_.get(), unforeseen(this));
+  defer_nothing(parser_.get());
   XML_SetUserData(parser_.get(), this);
   XML_SetElementHandler(parser_.get(), on_start, on_end);
   XML_SetStartDoctypeDeclHandler(parser_.get(), on_document_type);

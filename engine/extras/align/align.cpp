@@ -34,7 +34,8 @@ constexpr std::size_t kRefined = 3;     // of the starts, the best after the coa
 constexpr double kOnSurface = 0x1p-40;  // a sample as near as this lies on the triangle; frame units
 constexpr double kNoGain = 0x1p-44;     // of a step, in frame units: converged
 constexpr double kSmallGain = 1e-6;     // the same, as a share of the residual
-constexpr int kSlideSteps = 8;          // steps that gain less than kSlide of the residual together: converged
+constexpr int kSlideSteps =
+    8;  // one step after so many: if all gain less than kSlide of the residual together, it has converged
 constexpr double kSlide = 1e-4, kCoarseSlide = 1e-3;
 constexpr int kRounds = 4;
 constexpr double kMuchLess = 0.995;   // of a residual
@@ -111,6 +112,7 @@ struct Fitted {
   Pose pose;
   double residual = std::numeric_limits<double>::infinity();  // frame units
   bool converged = false;
+  bool slides = false;  // converged, since several steps together gained little
   int steps = 0;
 };
 
@@ -210,7 +212,8 @@ Pose Fitting::step(const Pose& from, double damping) const {
   return to;
 }
 
-// It also ends where the surface slides along the other one, as spheres do: there each step gains a little, for long.
+// A fit ends also where the surface slides along the other one, as spheres do: there each step gains a little, for
+// long.
 std::optional<Fitted> Fitting::fit(const Pose& start, std::size_t stride, int most_steps) {
   Fitted best{start, residual(start, stride)};
   double damping = kFirstDamping;
@@ -225,8 +228,8 @@ std::optional<Fitted> Fitting::fit(const Pose& start, std::size_t stride, int mo
     if (found < best.residual) {
       double& long_ago = before[static_cast<std::size_t>(gains++ % kSlideSteps)];
       const double gain = best.residual - found;
-      best.converged = gain < kNoGain || (gain < kSmallGain * best.residual && damping < kFirstDamping) ||
-                       long_ago - found < slide * found;
+      best.slides = long_ago - found < slide * found;
+      best.converged = gain < kNoGain || (gain < kSmallGain * best.residual && damping < kFirstDamping) || best.slides;
       long_ago = best.residual;
       best.pose = next;
       best.residual = found;
@@ -280,7 +283,7 @@ std::optional<Fitted> best_of(Fitting& fitting, const std::vector<Pose>& starts)
   std::optional<Fitted> best;
   double of_few = 0;  // the residual of the best one with few samples
   for (const Fitted& one : coarse) {
-    if (best && one.converged && !(one.residual < kMuchLess * of_few)) continue;
+    if (best && one.converged && !one.slides && !(one.residual < kMuchLess * of_few)) continue;
     auto found = fitting.fit(one.pose, 1, kSteps);
     if (!found) return std::nullopt;
     found->steps += one.steps;

@@ -127,7 +127,7 @@ std::vector<std::uint32_t> AreaSearch::choose(const Demand& demand) {
 
 // Within what is left of the work items, and an eighth of the memory.
 std::size_t AreaSearch::most_at_once() const {
-  const std::uint64_t left = in_.options.max_work_items - work_.subdivisions;
+  const std::uint64_t left = in_.options.max_work_items - std::min(in_.options.max_work_items, work_.subdivisions);
   const std::size_t fit = in_.options.max_memory_bytes / 8 / Refined::kBytes;
   return static_cast<std::size_t>(std::min<std::uint64_t>(left, std::clamp<std::size_t>(fit, 1, kMostChosen)));
 }
@@ -211,6 +211,7 @@ bool AreaSearch::refine_triangle(PartBounder& bounder, const Part& whole, std::u
   const std::uint64_t end = found.work.subdivisions + std::min<std::uint64_t>(most_parts, kMostOfTriangle);
   std::vector<Part> waiting{whole};
   while (!waiting.empty()) {
+    if (stop_()) return false;
     Part part = waiting.back();
     waiting.pop_back();
     const bool is_full = found.parts.size() - begin + waiting.size() >= kMostOfTriangle;

@@ -27,12 +27,13 @@ constexpr double kNegligible = 0x1p-50;   // of the area, a part of which is clo
 constexpr double kForeseenShare = 0.93;   // of the tolerances, for the sample
 constexpr double kFactor = 1.5;           // between two attempts to refine the sample
 constexpr int kMostAttempts = 12;
-constexpr double kEarly = 0.5;            // of the least contribution that is refined: what is less is closed
-constexpr std::size_t kOpenShare = 4;     // the other parts, while they take no more than this part of the memory
-constexpr double kMostEarly = 0.25;       // of the tolerances, that what is closed early may be to blame for
-constexpr std::size_t kSums = 16;         // while foresight refines all triangles, for an interruption
-constexpr double kApart = 1.0 / 8;        // of its longest edge: a triangle is farther than that from B
-constexpr double kResolution = 1.0 / 64;  // of a quantile's tolerance, to which its ends are sought
+constexpr std::uint64_t kSampleShare = 32;  // of the work items: what one attempt may take
+constexpr double kEarly = 0.5;              // of the least contribution that is refined: what is less is closed
+constexpr std::size_t kOpenShare = 4;       // the other parts, while they take no more than this part of the memory
+constexpr double kMostEarly = 0.25;         // of the tolerances, that what is closed early may be to blame for
+constexpr std::size_t kSums = 16;           // while foresight refines all triangles, for an interruption
+constexpr double kApart = 1.0 / 8;          // of its longest edge: a triangle is farther than that from B
+constexpr double kResolution = 1.0 / 64;    // of a quantile's tolerance, to which its ends are sought
 
 AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
   return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
@@ -124,7 +125,8 @@ AreaStop AreaSearch::narrow() {
   if (in_.from.positions.size() > in_.options.max_memory_bytes / sizeof(Corner)) return AreaStop::budget;
   if (!leave_out_decided() || !measure_vertices(in_, rest_, corners_) || !foresee()) return interrupted();
   AreaStop stop = bound_and_refine();
-  while (stop == AreaStop::precision_floor && closed_early_ > kMostEarly * area_.weight) {
+  // With foresight the floor may be that of what was closed early.
+  while (stop == AreaStop::precision_floor && foresight_) {
     forget();
     stop = bound_and_refine();
   }
@@ -148,6 +150,7 @@ bool AreaSearch::foresee() {
   Options options = in_.options;
   options.areas->length_tolerance *= kForeseenShare;
   options.areas->share_tolerance *= kForeseenShare;
+  options.max_work_items = std::max<std::uint64_t>(1, options.max_work_items / kSampleShare);
   const AreaDirection direction{in_.from,  in_.to_mesh, in_.to,     in_.adjacency, in_.frame,   options, in_.most,
                                 in_.upper, in_.error,   in_.bounds, in_.pool,      in_.control, in_.tell};
   std::vector<std::uint32_t> sample(size);
@@ -188,12 +191,13 @@ std::optional<AreaSearch::Foresight> AreaSearch::searched(const AreaDirection& d
   return foresight ? foresight : Foresight{search.demand(true), search.least_chosen_};
 }
 
-// Begins anew, with more foresight, and at last without. The intervals stay.
+// Begins anew: with more foresight if too much was closed early by what the sample showed, but not too often; else
+// without, since the sample's quantiles may have been others. The intervals stay.
 void AreaSearch::forget() {
   constexpr int kMostOften = 2;
   constexpr double kLess = 1.0 / 4;
   foresight_->least *= kLess;
-  if (++forgotten_ > kMostOften) foresight_.reset();
+  if (++forgotten_ > kMostOften || closed_early_ <= kMostEarly * area_.weight) foresight_.reset();
   closed_early_ = 0;
   open_.clear();
   closed_.clear();
@@ -276,13 +280,14 @@ std::optional<AreaStop> AreaSearch::bound_triangles() {
       next_sum = begin + count / kSums + 1;
     }
     const std::size_t end = std::min(count, begin + kTasksABatch * each);
-    const std::uint64_t most_parts = (in_.options.max_work_items - work_.subdivisions) / (end - begin);
+    const std::uint64_t fit = in_.options.max_memory_bytes / 8 / sizeof(Part);
+    const std::uint64_t most_parts = std::min(fit, in_.options.max_work_items - work_.subdivisions) / (end - begin);
     std::vector<Bounded> found(tasks_for(end - begin, each));
     std::atomic<bool> stopped{false};
     in_.pool.run(found.size(), [&](std::size_t worker, std::size_t task) {
       if (stopped || stop_()) stopped = true;
       const std::size_t last = stopped ? begin : std::min(end, begin + (task + 1) * each);
-      for (std::size_t t = begin + task * each; t < last; ++t) {
+      for (std::size_t t = begin + task * each; t < last && !stopped; ++t) {
         if (!take_triangle(bounders_[worker], visited(t), most_parts, found[task])) stopped = true;
       }
     });

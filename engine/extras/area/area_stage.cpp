@@ -82,33 +82,19 @@ std::optional<NoSides> refusal_of(const Topology& topology) {
 
 namespace {
 
-AreaInterval both(const AreaInterval& x, const AreaInterval& y) {
-  return {std::max(x.lower, y.lower), std::min(x.upper, y.upper)};
-}
-
-// All intervals hold, so their intersection does. Why it ended: that of `later`.
-AreaBounds both(const AreaBounds& earlier, AreaBounds later) {
-  for (std::size_t k = 0; k < later.beyond.size(); ++k) later.beyond[k] = both(earlier.beyond[k], later.beyond[k]);
-  for (std::size_t k = 0; k < later.quantiles.size(); ++k)
-    later.quantiles[k] = both(earlier.quantiles[k], later.quantiles[k]);
-  if (later.mean) later.mean = both(*earlier.mean, *later.mean);
-  if (later.rms) later.rms = both(*earlier.rms, *later.rms);
-  return later;
-}
-
-// The time from now that a direction has: with a deadline, its share of what is left, by triangles.
-std::optional<Control::Clock::duration> share_of_time(const MeasuredPair& pair, const Control& control) {
+// The time from now that the first of two directions has, with a deadline: what is left, but for a half of the
+// share of the second, by triangles. So a first one that needs more than its share can have it.
+std::optional<Control::Clock::duration> time_of_first(const MeasuredPair& pair, const Control& control) {
   if (!control.deadline() || pair.directions.size() < 2) return std::nullopt;
   double all = 0;
   for (const MeasuredDirection& d : pair.directions) all += static_cast<double>(d.from.given().triangles.size());
-  const double share = static_cast<double>(pair.directions[0].from.given().triangles.size()) / all;
+  const double of_second = static_cast<double>(pair.directions[1].from.given().triangles.size()) / all;
   const auto left = *control.deadline() - Control::Clock::now();
-  return std::chrono::duration_cast<Control::Clock::duration>(share * left);
+  return std::chrono::duration_cast<Control::Clock::duration>((1 - of_second / 2) * left);
 }
 
 }  // namespace
 
-// Of two directions the first has its share of the time, and begins anew if the second leaves it more than that.
 void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,
                 const std::function<void()>& tell, AreaOutcome& found) {
   found.options = *options.areas;
@@ -123,17 +109,12 @@ void take_areas(const MeasuredPair& pair, const Options& options, ThreadPool& po
                       [](const AreaDirection& ready) { return AreaSearch(ready).run(); },
                       [&](AreaStop stop) { return nothing_known(*options.areas, upper, stop); }));
   };
-  const auto share = share_of_time(pair, control);
+  const auto of_first = time_of_first(pair, control);
   for (const MeasuredDirection& direction : pair.directions) {
     std::optional<EarlierDeadline> earlier;
-    if (share && &direction == &pair.directions.front()) earlier.emplace(control, Control::Clock::now() + *share);
+    if (of_first && &direction == &pair.directions.front()) earlier.emplace(control, Control::Clock::now() + *of_first);
     bounds_of(direction) = take(direction);
   }
-  if (!share) return;
-  const MeasuredDirection& first = pair.directions.front();
-  std::optional<AreaBounds>& bounds = bounds_of(first);
-  if (bounds->stop == AreaStop::timeout && *control.deadline() - Control::Clock::now() > *share)
-    bounds = both(*bounds, take(first));
 }
 
 void take_sides(const MeasuredPair& pair, const Options& options, ThreadPool& pool, Control& control,

@@ -81,7 +81,7 @@ class PartBounder {
   // A whole triangle with measured corners; its enclosure has an upper function and no lower one. `by_overlay`: the
   // overlay is tried, too.
   Part whole(const std::array<Corner, 3>& corners, double weight, bool by_overlay, Work& work);
-  // Its upper function by the distances of the corners alone.
+  // The upper function of a whole triangle by the distances of the corners alone.
   Linear high_of_corners(const std::array<Corner, 3>& corners) const;
   // Adds a lower function; its values need not be more than `most`. False: `stop` returned true; the part is unchanged.
   bool bound_below(Part& part, double most, Work& work, const Interrupted* stop) {

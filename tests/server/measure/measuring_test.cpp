@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -49,9 +50,10 @@ struct Readers final : MeshLoader {
     most = std::max(most.load(), ++now);
     if (together > 0) CHECK(eventually([this] { return readings >= together; }));
     if (source.input.part == endless) eventually([&] { return control.check() != Interruption::none; });
+    if (source.input.part == "a" && until) CHECK(eventually(until));
     --now;
     if (source.input.part == refused) return Error{ErrorCode::unreadable_mesh, "wrong", refused, ""};
-    if (auto ok = memory.take_mesh(3, 1); !ok) return ok.error();
+    if (auto ok = memory.take_mesh(source.input.part == "b" ? vertices_of_b : 3, 1); !ok) return ok.error();
     memory.end_reader();
     return stand_in(source);
   }
@@ -62,6 +64,8 @@ struct Readers final : MeshLoader {
   std::uint64_t reader_bytes = 32 * kMiB;
   int together = 0;  // readings that wait for each other
   std::string refused, endless;
+  std::uint64_t vertices_of_b = 3;
+  std::function<bool()> until;  // before a is read
   std::atomic<int> readings{0}, now{0}, most{0};
 };
 
@@ -102,6 +106,20 @@ TEST_CASE("measuring: b is loaded after a with one thread, one reader, or memory
     CHECK(!memory.restart());
     CHECK(budget.reserved() == 2 * bytes_of_mesh(3, 1));
   }
+}
+
+TEST_CASE("measuring: a b that does not fit beside a gives its memory back before a is read") {
+  MemoryBudget budget(1024 * kMiB);
+  Readers readers(2);
+  readers.together = 2;
+  constexpr std::uint64_t kMillion = 1'000'000;
+  readers.vertices_of_b = kMillion * (760 * kMiB / bytes_of_mesh(kMillion, 1));
+  readers.until = [&] { return readers.readings == 2 && budget.reserved() == readers.reader_bytes; };
+  MemoryReservation memory(budget);
+  const auto both = loaded(readers, memory);
+  REQUIRE(both.ok());
+  CHECK(readers.readings == 3);
+  CHECK(!memory.restart());
 }
 
 TEST_CASE("measuring: a refused a stops the reader of b") {
