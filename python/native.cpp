@@ -116,8 +116,8 @@ Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& 
   control.set_deadline(Control::Clock::now() + request->timeout);
   api::StageTimes times;
   const bool is_same = a.path && b.path && std::strcmp(a.path, b.path) == 0;
-  const auto meshes =
-      api::read_both(reader(a, "a"), is_same ? nullptr : reader(b, "b"), request->options.threads, control, times);
+  const bool side_by_side = api::reads_side_by_side(request->options.threads);
+  const auto meshes = api::read_both(reader(a, "a"), is_same ? nullptr : reader(b, "b"), side_by_side, control, times);
   if (!meshes) return meshes.error();
   auto comparison = api::compare(meshes->a, meshes->b, request->options, control, times);
   if (!comparison || !at_vertices) return comparison;

@@ -253,11 +253,11 @@ MeshReader reader_here(std::function<Result<SharedMesh>(Control&)> read) {
   };
 }
 
-Result<SharedMeshes> read_both(const MeshReader& read_a, const MeshReader& read_b, unsigned threads, Control& control,
+Result<SharedMeshes> read_both(const MeshReader& read_a, const MeshReader& read_b, bool side_by_side, Control& control,
                                StageTimes& times) {
   const auto start = Control::Clock::now();
   Beside both;
-  if (read_b && reads_side_by_side(threads)) both = read_side_by_side(read_a, read_b, control, times);
+  if (read_b && side_by_side) both = read_side_by_side(read_a, read_b, control, times);
   if (!both.a) {
     both.a = read_a(false, control);
     times.read_a = ms_since(start);
@@ -282,7 +282,8 @@ Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Compari
       return reader_here([&](Control& reading) { return read(input, limits, reading); });
     };
     StageTimes times;
-    const auto both = read_both(reader(a), is_same(a, b) ? nullptr : reader(b), options.threads, control, times);
+    const bool side_by_side = reads_side_by_side(options.threads, std::min(a.bytes.size(), b.bytes.size()));
+    const auto both = read_both(reader(a), is_same(a, b) ? nullptr : reader(b), side_by_side, control, times);
     if (!both) return both.error();
     if (meshes != nullptr) *meshes = *both;
     return measured({both->a, a.part}, {both->b, b.part}, options, control, times);

@@ -59,8 +59,13 @@ struct SharedMeshes {
   SharedMesh b;
 };
 
-// Whether a comparison with so many threads reads its two files side by side.
-constexpr bool reads_side_by_side(unsigned threads) { return threads > 1; }
+// A smaller file is read in less time than a second thread takes to begin and end.
+inline constexpr std::uint64_t kLeastBytesBeside = std::uint64_t{1} << 16;
+
+// Whether a comparison with so many threads reads its two files side by side. `bytes`: of the smaller one, if known.
+constexpr bool reads_side_by_side(unsigned threads, std::uint64_t bytes = kLeastBytesBeside) {
+  return threads > 1 && bytes >= kLeastBytesBeside;
+}
 
 // Reads one mesh, and stops when `control` says so. `beside`: the other mesh may be read at the same time. nullopt: for
 // want of memory, or of another means, that the reading alone may have; only with `beside`. std::bad_alloc says the
@@ -70,12 +75,12 @@ using MeshReader = std::function<std::optional<Result<SharedMesh>>(bool beside, 
 // Returns a MeshReader for files that this process reads. `read` reads the mesh.
 MeshReader reader_here(std::function<Result<SharedMesh>(Control&)> read);
 
-// Reads both meshes: side by side if reads_side_by_side(threads), else b after a. Meshes and Errors are the same either
+// Reads both meshes: `side_by_side`, or b after a. Meshes and Errors are the same either
 // way, but for limits on memory: that of a, else that of b. A mesh that cannot be read beside the other is read again
 // alone. A refused a stops b's reader, if that looks at its Control, and waits for it. Either may be called on another
 // thread. An empty `read_b`: b is the same file as a. Notes read_a and read_b in `times`. Throws what a reader throws,
 // when both have ended.
-Result<SharedMeshes> read_both(const MeshReader& read_a, const MeshReader& read_b, unsigned threads, Control& control,
+Result<SharedMeshes> read_both(const MeshReader& read_a, const MeshReader& read_b, bool side_by_side, Control& control,
                                StageTimes& times);
 
 // Reads and prepares both files in this process, then compares them. Two inputs of the same name and bytes are read

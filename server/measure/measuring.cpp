@@ -89,7 +89,9 @@ Result<api::SharedMeshes> load_both(MeshLoader& loader, const MeshSource& a, con
     return std::nullopt;
   };
   const bool is_same = a.kept && a.kept == b.kept;
-  auto both = api::read_both(load_a, load_b, is_same || !memory.first_attempt() ? 1 : threads, control, times);
+  const std::uint64_t smaller = std::min(a.input.bytes.size(), b.input.bytes.size());
+  const bool side_by_side = api::reads_side_by_side(threads, smaller) && !is_same && memory.first_attempt();
+  auto both = api::read_both(load_a, load_b, side_by_side, control, times);
   if (!both || !second) return both;
   if (auto ok = memory.take_over(*second); !ok) return std::move(ok).error();
   return both;

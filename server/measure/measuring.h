@@ -75,9 +75,9 @@ class MeshLoader {
   virtual Result<api::SharedMesh> load(const MeshSource& source, MemoryReservation& memory, Control& control) = 0;
 };
 
-// Loads both meshes of a job, which may use `threads`: with more than one side by side, where a reader process and the
-// memory of a second one are free, else b after a. Notes read_a and read_b in `times`. Errors and restarts as of
-// MeshLoader::load(), of a before b.
+// Loads both meshes of a job, which may use `threads`: side by side if reads_side_by_side(), and where a reader process
+// and the memory of a second one are free, else b after a. Notes read_a and read_b in `times`. Errors and restarts as
+// of MeshLoader::load(), of a before b.
 Result<api::SharedMeshes> load_both(MeshLoader& loader, const MeshSource& a, const MeshSource& b, unsigned threads,
                                     MemoryReservation& memory, Control& control, api::StageTimes& times);
 

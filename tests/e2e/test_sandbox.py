@@ -141,7 +141,8 @@ class Workers(unittest.TestCase):
         server = self.server()
         wrong = [b"v 0 0 0\nv 1 0 nan\nf 1 1 2\n", b"v 0 0\n"]
         for a, b, part in ((*wrong, "a"), (wrong[1], wrong[0], "a"), (SQUARE, wrong[0], "b"), (wrong[0], SQUARE, "a")):
-            after, beside = (server.compare(a, b, {"threads": threads}).json() for threads in (1, 2))
+            large = 10_000 * b"# a comment\n"
+            after, beside = (server.compare(a + large, b + large, {"threads": threads}).json() for threads in (1, 2))
             self.assertEqual([error["part"] for error in beside["errors"]], [part])
             self.assertEqual({**after, "instance": ""}, {**beside, "instance": ""})
 

@@ -123,8 +123,14 @@ TEST_CASE("compare: a timeout while reading is an error, while measuring it is n
 TEST_CASE("compare: files read side by side give the same results and errors as one after the other") {
   const std::string_view soup = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 4 5 6\n";
   const std::string_view files[] = {kSquare, kRaised, soup, "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "v 0 0\n", ""};
-  for (const auto a : files) {
-    for (const auto b : files) {
+  const auto large = [](std::string_view file) {
+    std::string all(file);
+    while (all.size() < api::kLeastBytesBeside) all += "# a comment\n";
+    return all;
+  };
+  for (const auto& of_a : files) {
+    for (const auto& of_b : files) {
+      const std::string a = large(of_a), b = large(of_b);
       Options options;
       options.strategy = Strategy::four_point;  // the same bits on any number of threads
       Control control;
@@ -164,10 +170,10 @@ TEST_CASE("read_both: b is read beside a, and the stages add up") {
     return square();
   };
   const auto start = Control::Clock::now();
-  REQUIRE(api::read_both(reader, reader, 2, control, times).ok());
+  REQUIRE(api::read_both(reader, reader, true, control, times).ok());
   CHECK(times.read_a + times.read_b <= ms_since(start));
   const auto alone = [&](bool beside, Control&) -> Read { return CHECK(!beside), square(); };
-  REQUIRE(api::read_both(alone, alone, 1, control, times).ok());
+  REQUIRE(api::read_both(alone, alone, false, control, times).ok());
 }
 
 TEST_CASE("read_both: a refused a stops the reader of b alone, and its error is told") {
@@ -184,27 +190,27 @@ TEST_CASE("read_both: a refused a stops the reader of b alone, and its error is 
     stopped = part.cancelled();
     return read;
   };
-  CHECK(api::read_both(refused, reader_b, 2, control, times).error().part == "a");
+  CHECK(api::read_both(refused, reader_b, true, control, times).error().part == "a");
   CHECK(stopped);
   CHECK(control.check() == Interruption::none);
   const auto refused_b = [&](bool, Control&) -> Read { return wrong("b"); };
-  CHECK(api::read_both(refused, refused_b, 2, control, times).error().part == "a");
+  CHECK(api::read_both(refused, refused_b, true, control, times).error().part == "a");
   const auto never = [](bool, Control&) -> Read {
     FAIL("b is read after a refused a");
     return wrong("b");
   };
-  CHECK(api::read_both(refused, never, 1, control, times).error().part == "a");
+  CHECK(api::read_both(refused, never, false, control, times).error().part == "a");
 }
 
 TEST_CASE("read_both: a cancelled job, or one that is late, stops both readers") {
   const auto reader = [](bool, Control& control) -> Read { return endless(control); };
-  for (const unsigned threads : {1U, 2U}) {
+  for (const bool side_by_side : {false, true}) {
     api::StageTimes times;
     Control cancelled;
     const auto cancels = [&](bool, Control& control) -> Read { return cancelled.cancel(), endless(control); };
-    CHECK(api::read_both(cancels, reader, threads, cancelled, times).error().message.starts_with("cancelled"));
+    CHECK(api::read_both(cancels, reader, side_by_side, cancelled, times).error().message.starts_with("cancelled"));
     Control late(Control::Clock::now() + std::chrono::milliseconds(20));
-    CHECK(api::read_both(reader, reader, threads, late, times).error().message.starts_with("timed out"));
+    CHECK(api::read_both(reader, reader, side_by_side, late, times).error().message.starts_with("timed out"));
   }
 }
 
@@ -220,7 +226,7 @@ TEST_CASE("read_both: a mesh that has no room beside the other is read again alo
     api::StageTimes times;
     for (const auto& [a, b] :
          {std::pair<api::MeshReader, api::MeshReader>{no_room, room}, {room, no_room}, {no_room, no_room}})
-      CHECK(api::read_both(a, b, 2, control, times).ok());
+      CHECK(api::read_both(a, b, true, control, times).ok());
   }
   int calls = 0;
   const auto here = api::reader_here([&](Control&) -> Result<api::SharedMesh> {
@@ -228,7 +234,7 @@ TEST_CASE("read_both: a mesh that has no room beside the other is read again alo
     return calls == 1 ? Result<api::SharedMesh>(api::out_of_memory("a")) : square();
   });
   api::StageTimes times;
-  CHECK(api::read_both(here, nullptr, 2, control, times).error().part == "a");  // nothing is beside it
+  CHECK(api::read_both(here, nullptr, true, control, times).error().part == "a");  // nothing is beside it
   calls = 0;
   CHECK(api::read_both(
             here, [](bool, Control&) -> Read { return square(); }, 2, control, times)
@@ -250,12 +256,12 @@ TEST_CASE("read_both: what a reader throws is thrown when both have ended") {
     ended = true;
     return read;
   };
-  CHECK_THROWS_AS((void)api::read_both(throws, waits, 2, control, times), std::runtime_error);
+  CHECK_THROWS_AS((void)api::read_both(throws, waits, true, control, times), std::runtime_error);
   CHECK(ended);
   const auto mesh = [](bool, Control&) -> Read { return square(); };
-  CHECK_THROWS_AS((void)api::read_both(mesh, throws, 2, control, times), std::runtime_error);
+  CHECK_THROWS_AS((void)api::read_both(mesh, throws, true, control, times), std::runtime_error);
   const auto refused = [](bool, Control&) -> Read { return wrong("a"); };
-  CHECK(api::read_both(refused, throws, 2, control, times).error().part == "a");
+  CHECK(api::read_both(refused, throws, true, control, times).error().part == "a");
 }
 
 TEST_CASE("compare: cancelling stops the collection of facts of a large mesh") {

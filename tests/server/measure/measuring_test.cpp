@@ -69,7 +69,10 @@ struct Readers final : MeshLoader {
   std::atomic<int> readings{0}, now{0}, most{0};
 };
 
-MeshSource source(const char* part) { return MeshSource{{part, {}, "", "", -1}, nullptr, "", {}}; }
+MeshSource source(const char* part) {
+  static const std::vector<std::byte> large(api::kLeastBytesBeside);
+  return MeshSource{{part, large, "", "", -1}, nullptr, "", {}};
+}
 
 Result<api::SharedMeshes> loaded(Readers& readers, MemoryReservation& memory, unsigned threads = 2) {
   Control control;
