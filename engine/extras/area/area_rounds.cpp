@@ -174,13 +174,13 @@ bool AreaSearch::refine_some(std::span<const std::uint32_t> chosen, const Demand
 // interrupted.
 bool AreaSearch::refine_part(PartBounder& bounder, const Foresight& aim, std::uint64_t most_parts, Work& work,
                              Refined& refined) {
-  const auto& [demand, least] = aim;
+  const Demand& demand = aim.demand;  // clang 14 captures no structured bindings
   Part& first = refined.first;
   first.is_open = false;
   const auto bound = [&](Part& part) { return bounder.bound_below(part, most_needed(part), work, &stop_); };
   const auto needs_low = [&](const Part& part) { return demand.needs_low(part, bounder.floor_of(part)); };
   const auto bound_if_wanted = [&](Part& part) {
-    return !(needs_low(part) && demand.contribution(part) >= least) || bound(part);
+    return !(needs_low(part) && demand.contribution(part) >= aim.least) || bound(part);
   };
   if (is_worth_measuring(first) && !bounder.measure(first, work, &stop_)) return false;
   std::optional<CellParts> cells;
