@@ -1,7 +1,8 @@
 #include "api/options/reading.h"
 
 #include <algorithm>
-#include <ranges>
+#include <string_view>
+#include <vector>
 
 #include "api/base/json_filter.h"
 #include "api/base/suggestion.h"
@@ -13,7 +14,9 @@ namespace meshgauge::api {
 namespace {
 
 std::string joined(std::span<const Reading::Member> members) {
-  return listed(members | std::views::transform(&Reading::Member::key));
+  std::vector<std::string_view> keys;
+  for (const Reading::Member& member : members) keys.push_back(member.key);
+  return listed(keys);
 }
 
 bool is_sign_before(std::string_view text, Reading::Sign sign) {

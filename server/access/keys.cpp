@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <ranges>
 #include <set>
 #include <span>
 
@@ -117,7 +116,11 @@ constexpr Field kFields[] = {
     {"expires", read_expires},
     {"disabled", read_disabled}};
 
-std::string known_fields() { return api::listed(kFields | std::views::transform(&Field::name)); }
+std::string known_fields() {
+  std::vector<std::string_view> names;
+  for (const Field& field : kFields) names.push_back(field.name);
+  return api::listed(names);
+}
 
 Result<Key> read_key(const JsonValue& entry, const std::string& pointer) {
   if (!entry.is_object()) return wrong(pointer, "an object", entry);
