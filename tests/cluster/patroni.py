@@ -85,7 +85,7 @@ class Node:
                                    "replication": {"username": "replicator", "password": password}},
                 # A follower finds a new leader at once, not after 5 s.
                 "parameters": {"unix_socket_directories": str(self.folder), "shared_buffers": "64MB", "jit": "off",
-                               "wal_retrieve_retry_interval": "200ms"},
+                               "wal_retrieve_retry_interval": "200ms", "dynamic_shared_memory_type": "mmap"},
                 # Half-rewound data of a node that was killed is no use: it fetches all of it anew.
                 "remove_data_directory_on_rewind_failure": True, "remove_data_directory_on_diverged_timelines": True,
                 "pg_hba": hosts}}

@@ -22,7 +22,9 @@ SKIPPED = 77
 READY_SECONDS = 60
 USER = DATABASE = "meshgauge"
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("PG", "MESHGAUGE_"))}
-SETTINGS = {"max_connections": 200, "shared_buffers": "64MB", "jit": "off", "log_min_messages": "warning"}
+# Shared memory is in the data's folder: a server that is killed would leave it in /dev/shm.
+SETTINGS = {"dynamic_shared_memory_type": "mmap", "max_connections": 200, "shared_buffers": "64MB", "jit": "off",
+            "log_min_messages": "warning"}
 
 
 class Missing(Exception):
