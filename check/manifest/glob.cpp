@@ -175,8 +175,8 @@ Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern
   walk.into(pattern.starts_with('/') ? "/" : "", "", 0);
   if (walk.error) return *walk.error;
   std::ranges::sort(walk.found, {}, &Match::path);
-  const auto repeated = std::ranges::unique(walk.found, {}, &Match::path);
-  walk.found.erase(repeated.begin(), repeated.end());
+  const auto is_same = [](const Match& x, const Match& y) { return x.path == y.path; };
+  walk.found.erase(std::unique(walk.found.begin(), walk.found.end(), is_same), walk.found.end());
   return std::move(walk.found);
 }
 

@@ -153,8 +153,8 @@ PassedOverFiles passed_over(const fs::path& folder, std::string_view pattern, Gl
   std::vector<PassedOver>& files = look.found.files;
   std::ranges::sort(files,
                     [](const auto& x, const auto& y) { return std::tie(x.path, x.why) < std::tie(y.path, y.why); });
-  const auto repeated = std::ranges::unique(files, {}, &PassedOver::path);
-  files.erase(repeated.begin(), repeated.end());
+  const auto is_same = [](const PassedOver& x, const PassedOver& y) { return x.path == y.path; };
+  files.erase(std::unique(files.begin(), files.end(), is_same), files.end());
   return std::move(look.found);
 }
 
