@@ -121,7 +121,8 @@ Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t
   const ssize_t count = read_all(fd, bytes);
   if (count < 0) return failed(path);
   if (static_cast<std::size_t>(count) != size) return unusable(path, "was changed while it was read");
-  return WholeFile(std::move(bytes), size);
+  bytes.resize(size);
+  return WholeFile(std::move(bytes));
 }
 
 Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes) {

@@ -37,14 +37,13 @@ class WholeFile {
   // Returns the size of a regular file which open_below() would open, and reads nothing.
   static Result<std::uint64_t> size_below(const BaseFolder& folder, const std::string& name);
 
-  std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }
+  std::span<const std::byte> bytes() const { return bytes_; }
 
  private:
   static Result<WholeFile> read(int fd, const std::string& path, std::uint64_t most);
-  WholeFile(LargeArray<std::byte> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
+  explicit WholeFile(LargeArray<std::byte> bytes) : bytes_(std::move(bytes)) {}
 
   LargeArray<std::byte> bytes_;
-  std::size_t size_ = 0;
 };
 
 // Returns the whole of a text file. Error: invalid_request when it cannot be read or has more than `max_bytes`; the

@@ -283,8 +283,7 @@ TEST_CASE("area: triangles refined as a sample of them was: the same intervals, 
   }
 }
 
-TEST_CASE("area: a quantile is found where the sample's is another") {
-  // Triangles at heights over a plane whose distribution falls exponentially: a sample's 95 % err by several percent.
+TEST_CASE("area: quantiles alone of scattered triangles are narrow enough, with a sample") {
   std::mt19937_64 random(1);
   std::exponential_distribution<double> height;
   std::uniform_real_distribution<double> bump(0, 0.2);
@@ -292,7 +291,7 @@ TEST_CASE("area: a quantile is found where the sample's is another") {
   for (Vec3& p : b.positions) p.z() -= bump(random);
   AreaOptions asked;
   asked.quantiles = {0.9497};  // within a triangle
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < 8; ++round) {
     CAPTURE(round);
     Mesh a;
     for (std::uint32_t i = 0; i < 1600; ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <span>
@@ -75,5 +76,25 @@ template <class T>
 void reserve_more(std::vector<T>& array, std::size_t more) {
   if (more > array.capacity() - array.size()) reserve_room(array, std::max(array.size() + more, 2 * array.capacity()));
 }
+
+// Appends triangles to an array many at a time, in less time than push_back() takes for each. Call flush() at the end.
+class TriangleBlock {
+ public:
+  explicit TriangleBlock(std::vector<Triangle>& to) : to_(to) {}
+
+  void add(const Triangle& triangle) {
+    block_.data()[size_++] = triangle;
+    if (size_ == block_.size()) flush();
+  }
+  void flush() {
+    to_.insert(to_.end(), block_.data(), block_.data() + size_);
+    size_ = 0;
+  }
+
+ private:
+  std::vector<Triangle>& to_;
+  std::array<Triangle, 256> block_;
+  std::size_t size_ = 0;
+};
 
 }  // namespace meshgauge::api

@@ -1,7 +1,6 @@
 #include "api/formats/gltf/gltf_scene.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -367,16 +366,12 @@ Result<std::vector<Vec3>> Scene::local_vertices(const GltfShape& shape, std::siz
 
 // Precondition: room for the triangles.
 void Scene::separate_triangles(std::span<const std::uint32_t> corners, std::uint32_t first) {
-  constexpr std::size_t kAtOnce = 256;
-  std::array<Triangle, kAtOnce> block;
-  std::size_t in_block = 0;
-  std::vector<Triangle>& to = out_.mesh.triangles;
+  TriangleBlock block(out_.mesh.triangles);
   for (; corners.size() >= 3; corners = corners.subspan(3)) {
     const std::uint32_t* const p = corners.data();
-    block.data()[in_block++] = {first + p[0], first + p[1], first + p[2]};
-    if (in_block == kAtOnce) to.insert(to.end(), block.begin(), block.end()), in_block = 0;
+    block.add({first + p[0], first + p[1], first + p[2]});
   }
-  to.insert(to.end(), block.data(), block.data() + in_block);
+  block.flush();
 }
 
 Result<Done> Scene::triangles(int mode, std::span<const std::uint32_t> corners, std::uint32_t first,

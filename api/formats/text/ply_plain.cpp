@@ -1,10 +1,11 @@
 #include "api/formats/text/ply_plain.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstring>
 #include <string_view>
+
+#include "api/formats/file/source.h"
 
 namespace meshgauge::api {
 namespace {
@@ -34,18 +35,15 @@ bool read_all(const char* record, const PlainVertices& records, std::size_t coun
 template <class Length>
 std::size_t read_some(const char* record, const PlainFaces& records, std::size_t most, std::uint64_t vertices,
                       std::vector<Triangle>& to) {
-  constexpr std::size_t kAtOnce = 256;
-  std::array<Triangle, kAtOnce> block;
-  std::size_t read = 0, in_block = 0;
-  const auto end_block = [&] { to.insert(to.end(), block.data(), block.data() + in_block), in_block = 0; };
+  TriangleBlock block(to);
+  std::size_t read = 0;
   for (; read < most; ++read, record += records.triangle_bytes) {
     const char* const length = record + records.length_at;
     const auto corners = load<Triangle>(length + sizeof(Length));
     if (load<Length>(length) != 3 || std::max({corners[0], corners[1], corners[2]}) >= vertices) break;
-    block.data()[in_block++] = corners;
-    if (in_block == kAtOnce) end_block();
+    block.add(corners);
   }
-  end_block();
+  block.flush();
   return read;
 }
 

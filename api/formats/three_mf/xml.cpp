@@ -397,7 +397,7 @@ std::optional<Error> XmlReader::feed_tags(std::string_view& piece) {
 }
 
 // Returns how many bytes of `tags`, which ends with '>', expat gets before the handler may take others. 0: there are
-// none such, or expat holds so much of a tag or a comment that it had better be rescanned only once.
+// none such, or expat holds so much of a tag or a comment that scanning it anew at each stop would take long.
 std::size_t XmlReader::next_stop(std::string_view tags) const {
   constexpr std::int64_t kMostRescanned = 4096;
   if (tags.empty() || bytes_held() > kMostRescanned) return 0;

@@ -34,9 +34,9 @@ constexpr std::size_t kRefined = 3;     // of the starts, the best after the coa
 constexpr double kOnSurface = 0x1p-40;  // a sample as near as this lies on the triangle; frame units
 constexpr double kNoGain = 0x1p-44;     // of a step, in frame units: converged
 constexpr double kSmallGain = 1e-6;     // the same, as a share of the residual
-constexpr int kSlideSteps =
-    8;  // one step after so many: if all gain less than kSlide of the residual together, it has converged
-constexpr double kSlide = 1e-4, kCoarseSlide = 1e-3;
+// A fit also ends where a step and the kSlideSteps gaining ones before it gain less than this of the residual together.
+constexpr double kSlide = 1e-4, kCoarseSlide = 1e-3;  // with all samples; with few
+constexpr int kSlideSteps = 8;
 constexpr int kRounds = 4;
 constexpr double kMuchLess = 0.995;   // of a residual
 constexpr double kTurnAround = 0.35;  // radians
@@ -212,8 +212,7 @@ Pose Fitting::step(const Pose& from, double damping) const {
   return to;
 }
 
-// A fit ends also where the surface slides along the other one, as spheres do: there each step gains a little, for
-// long.
+// The surface may slide along the other one, as a sphere does: there each step gains a little, for long.
 std::optional<Fitted> Fitting::fit(const Pose& start, std::size_t stride, int most_steps) {
   Fitted best{start, residual(start, stride)};
   double damping = kFirstDamping;
