@@ -113,7 +113,8 @@ double Plane::height_off(const CutCorner& corner) const {
     const double off = corner.off[axis];
     return off == 0 ? 0 : rounding::height_error(off, std::abs(corner.at[axis] - origin[axis]));
   }
-  return rounding::height_error(corner.distance_off(), (corner.at - origin).lpNorm<1>() + std::abs(offset));
+  const double span = dot((corner.at - origin).cwiseAbs(), Vec3::Ones());
+  return rounding::height_error(corner.distance_off(), span + std::abs(offset));
 }
 
 Pieces within(const Pieces& pieces, const HalfSpace& half) {

@@ -60,6 +60,7 @@ std::optional<Displacement> displacement(MeshView mesh, const Box& box, const Ri
   const Vec3 skew(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));  // 2 sin(angle) times the axis
   const auto moves = [&motion](const Vec3& p) { return scaled_norm(motion(p) - p); };
   Displacement found;
+  // Only shown: atan2() may differ in its last digits.
   found.angle = std::atan2(norm(skew), r(0, 0) + (r(1, 1) + r(2, 2)) - 1) * 180 / std::numbers::pi;
   found.shift = moves(box.low / 2 + box.high / 2);
   const bool done = each_unless(interrupted, mesh.triangles.size(), [&](std::uint32_t t) {

@@ -12,7 +12,7 @@ using Turn = Eigen::Quaterniond;  // of length 1 up to rounding
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
-// Returns the turn by |v| radians about v. Not finite where v is not, or beyond 2^60.
+// Returns the turn by |v| radians about v. Beyond 2^60 it is meaningless or not finite.
 Turn turn_by(const Vec3& v);
 
 // Returns `second` after `first`.

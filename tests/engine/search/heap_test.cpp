@@ -60,7 +60,7 @@ TEST_CASE("heap: the largest first, and each once") {
   }
 }
 
-TEST_CASE("heap: equals come in an order of their own") {
+TEST_CASE("heap: equals come in the order that libstdc++ gives them") {
   std::vector<Item> equal, made, mixed;
   for (int i = 0; i < 9; ++i) {
     push(equal, {1, i});
