@@ -51,10 +51,10 @@ inline double scaled_norm(const Vec3& a) {
 // The product of a matrix of 3 x 3 with a vector or a matrix; each entry is a sum in the order of the columns of `m`.
 template <class M, class N>
 Eigen::Matrix<double, 3, N::ColsAtCompileTime> product(const Eigen::MatrixBase<M>& m, const Eigen::MatrixBase<N>& n) {
-  const Eigen::Matrix3d a = m;
-  const Eigen::Matrix<double, 3, N::ColsAtCompileTime> b = n;
   Eigen::Matrix<double, 3, N::ColsAtCompileTime> all;
-  for (int k = 0; k < b.cols(); ++k) all.col(k) = a.col(0) * b(0, k) + a.col(1) * b(1, k) + a.col(2) * b(2, k);
+  for (int k = 0; k < n.cols(); ++k) {
+    for (int i = 0; i < 3; ++i) all(i, k) = m(i, 0) * n(0, k) + m(i, 1) * n(1, k) + m(i, 2) * n(2, k);
+  }
   return all;
 }
 
