@@ -42,10 +42,18 @@ class Owner:
 
     def what_ended_is_as_it_was(self):
         for one in self.promised["ended"]:
-            self.same(one["document"], self.get("/v1/comparisons/" + one["id"]).json())
+            path = "/v1/comparisons/" + one["id"]
+            self.same(one["document"], self.get(path).json())
+            if one["document"]["result"]:
+                self.client.ask("GET", path + "/deviation.ply", expected=(200,) if self.has_meshes(one) else (200, 410))
         for batch in self.ended_batches():
             self.same(batch["document"], self.get("/v1/batches/" + batch["id"]).json())
             self.same(batch["results"], self.results(batch))
+
+    def has_meshes(self, comparison):
+        """Whether its meshes are stored. A file that came with the request goes some time after the end."""
+        stored = {one["document"]["id"] for one in self.promised["meshes"]}
+        return {mesh["sha256"] for mesh in comparison["document"]["result"]["meshes"].values()} <= stored
 
     def ended_batches(self):
         return [batch for batch in self.promised["batches"] if batch["document"]["state"] in ENDED]
