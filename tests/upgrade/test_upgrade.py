@@ -150,19 +150,23 @@ class Embedded(unittest.TestCase):
             new = shape_of(Path(folder) / "jobs.sqlite")
         found = archives("embedded")
         self.assertTrue(found)
-        for path in found:
-            with self.subTest(path.name), tempfile.TemporaryDirectory() as folder:
-                fixture = Fixture(path, folder)
-                fixture.shift_data_folder()
-                self.check(fixture)
+        # All of them start first, and run what had not ended meanwhile.
+        for path, (fixture, server) in [(path, self.begin(path)) for path in found]:
+            with self.subTest(path.name):
+                self.check(server, fixture, fixture.promised["token"], "of_key")
+                self.check(self.serve(fixture.data), fixture, None, "without")
                 self.assertEqual(shape_of(fixture.data / "jobs.sqlite"), new)
 
-    def check(self, fixture):
-        for owner, token, flags in (("of_key", fixture.promised["token"], ("--keys-file", keys_of(fixture))), ("without", None, ())):
-            server = self.serve(fixture.data, *flags)
-            Owner(self, Client(server.port, token), fixture.promised[owner], fixture.shift_ms).check()
-            server.stop()
+    def begin(self, path):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        fixture = Fixture(path, folder.name)
+        fixture.shift_data_folder()
+        return fixture, self.serve(fixture.data, "--keys-file", keys_of(fixture))
 
+    def check(self, server, fixture, token, owner):
+        Owner(self, Client(server.port, token), fixture.promised[owner], fixture.shift_ms).check()
+        server.stop()
 
     def test_a_schema_that_is_newer_than_the_program(self):
         """PostgreSQL's is in tests/cluster/test_migrate.py."""
