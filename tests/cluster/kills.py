@@ -19,7 +19,7 @@ from fixture import pairs
 from patroni import Cluster, Node
 from postgres import or_skip
 from processes import Fleet, migrate, until
-from promises import Gaps, Ledger, longest_stall
+from promises import SECOND_RESULTS, Gaps, Ledger, longest_stall
 from scratch import inside
 from sweeps import Sweeper, sweeps
 
@@ -29,17 +29,7 @@ ENDED_STATES = "(2, 3, 4)"
 BATCHED = 5           # one of so many comparisons comes with a batch
 MOST_IN_BATCH = 50
 
-# A write to a job that has ended, other than its removal, is a second result that was accepted.
-AUDIT = """
-CREATE TABLE second_results (job text, before text, after text);
-CREATE FUNCTION note_second_result() RETURNS trigger LANGUAGE plpgsql AS $$
-BEGIN
-  INSERT INTO second_results VALUES (OLD.id, OLD::text, NEW::text);
-  RETURN NEW;
-END $$;
-CREATE TRIGGER second_results AFTER UPDATE ON jobs FOR EACH ROW
-  WHEN (OLD.state >= 2 AND (OLD.state, OLD.document, OLD.tries) IS DISTINCT FROM (NEW.state, NEW.document, NEW.tries))
-  EXECUTE FUNCTION note_second_result();
+PULSE = """
 CREATE TABLE pulse (n bigint);
 INSERT INTO pulse VALUES (0);
 """
@@ -93,7 +83,7 @@ class Campaign:
         self.ledger, self.returns = Ledger(), []
         url = cluster.url()
         migrate(url)
-        cluster.query(AUDIT)
+        cluster.query(SECOND_RESULTS + PULSE)
         self.fleet = Fleet(cluster.scratch, url, FLAGS)
         for _ in range(2):
             self.fleet.add_front_end()
