@@ -10,8 +10,8 @@ from .company import Company
 from .phases import figures, rows_of
 from .service import Watch
 
-# Results and meshes expire soon, so that as many go as come long before the first quarter ends.
-KEPT = ("--result-ttl-s", "300", "--mesh-ttl-s", "300")
+# Results and meshes expire soon, and caches are small, so that as much goes as comes long before the first quarter ends.
+KEPT = ("--result-ttl-s", "300", "--mesh-ttl-s", "300", "--max-cache-bytes", "16000000", "--map-cache-bytes", "16000000")
 WATCHED = ("memory", "alone", "descriptors", "threads", "processes", "rows", "blobs", "log", "temporary")
 MOST_GROWTH = 0.02
 ROWS = "SELECT (SELECT count(*) FROM jobs) + (SELECT count(*) FROM meshes) + (SELECT count(*) FROM batches)"
