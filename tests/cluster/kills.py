@@ -200,8 +200,7 @@ def run(kills, jobs, seed):
             campaign.run()
             campaign.look_again()
         except BaseException:
-            for one in campaign.fleet.all():
-                print("--- %s\n%s" % (one.name, one.tail()), file=sys.stderr)
+            campaign.fleet.print_tails()
             raise
         ledger = campaign.ledger
         print("cluster: seed %d, %s; violations: %d" % (seed, campaign.figures(time.monotonic() - began), len(ledger.violations)))

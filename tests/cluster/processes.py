@@ -185,6 +185,10 @@ class Fleet:
     def all(self):
         return [*self.front_ends, *self.workers]
 
+    def print_tails(self):
+        for one in self.all():
+            print("--- %s\n%s" % (one.name, one.tail()), file=sys.stderr)
+
     def kill_all(self):
         for one in self.all():
             signal_inside(one.folder, signal.SIGKILL)

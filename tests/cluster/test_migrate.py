@@ -74,6 +74,13 @@ class Migrate(unittest.TestCase):
                                   capture_output=True, text=True)
             self.assertEqual(done.stdout, "the schema " + said % NEWEST + "\n")
 
+    def test_no_tickets_of_kerberos_unless_asked(self):
+        """libpq refuses a wrong word in this variable, which it reads only where nobody has decided."""
+        for url, code in ((self.url, 0), (self.url + "?gssencmode=nonsense", 3)):
+            done = subprocess.run([BINARY, "migrate"], env={**ENVIRONMENT, "PGGSSENCMODE": "nonsense", "MESHGAUGE_DATABASE": url},
+                                  capture_output=True, text=True)
+            self.assertEqual(done.returncode, code, done.stderr)
+
     def test_a_role_that_may_create_nothing(self):
         for verb in VERBS:
             said = self.said(verb, as_app(self.url))

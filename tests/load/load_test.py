@@ -17,7 +17,7 @@ import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests/bench"), str(ROOT / "tests/cluster")]
+sys.path[:0] = [str(ROOT / "tests" / room) for room in ("bench", "cluster", "chaos")]
 
 from loadtest import phases, report, requests, soak  # noqa: E402
 from scratch import free_port  # noqa: E402

@@ -8,15 +8,15 @@ import re
 import shlex
 import subprocess
 import sys
-import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/bench"))  # its meshes, its tables
+sys.path[:0] = [str(ROOT / "tests/bench"), str(ROOT / "tests/chaos")]  # meshes and tables; the walk through the API, seeds
 
 from harness import side  # noqa: E402
 from loadtest import report, requests, soak  # noqa: E402
 from loadtest.phases import Phases  # noqa: E402
 from loadtest.service import Service  # noqa: E402
+from seeds import seed  # noqa: E402
 
 
 def arguments():
@@ -30,6 +30,7 @@ def arguments():
     parser.add_argument("--seconds", type=float, metavar="S", help="of the heaviest phase, the others are shorter; 60, or 5 with --quick")
     parser.add_argument("--soak", type=float, metavar="MINUTES", help="instead: so long, and a tenth before, at a share of the capacity; fails if anything grows")
     parser.add_argument("--share", type=float, default=0.7, help="of the soak")
+    parser.add_argument("--seed", type=seed, default="today", help="of what goes on beside a soak; `today`: the date")
     parser.add_argument("--sources", type=int, default=64, help="addresses that the clients come from")
     parser.add_argument("--serve", default="", metavar="FLAGS", help="further flags of meshgauge serve")
     parser.add_argument("--key", help="bearer key that the requests carry")
@@ -112,7 +113,7 @@ def measure(args, path):
         record = {"machine": machine, "processors": processors, "flags": flags, "workers": workers, "places": workers + queue,
                   "load_before": before, "multiples": [float(m) for m in args.multiples.split(",")],
                   "capacity": {}, "runs": []}  # fmt: skip
-        settings = {"sources": args.sources, "patience": 60, "seed": time.strftime("%Y%m%d")}
+        settings = {"sources": args.sources, "patience": 60, "seed": args.seed}
         phases = Phases(args.build / "tests/load/load_client", service, args.out, settings)
         if args.soak:
             # Beside the phases that were measured before.

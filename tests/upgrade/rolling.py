@@ -39,7 +39,7 @@ def agree(one, other):
 class Upgrade:
     def __init__(self, postgres, old, seconds, jobs, seed):
         self.postgres, self.old, self.seconds, self.dice = postgres, old, seconds, random.Random(seed)
-        self.ledger, self.began = Ledger(agree), time.monotonic()
+        self.ledger = Ledger(agree)
         self.url = postgres.new_database(DATABASE)
         subprocess.run([old, "migrate"], env={**ENVIRONMENT, "MESHGAUGE_DATABASE": self.url}, check=True, capture_output=True)
         self.fleet = Fleet(postgres.scratch, self.url, FLAGS)
@@ -149,8 +149,7 @@ def run(old, seconds, jobs, seed):
             upgrade.run()
             upgrade.look_again()
         except BaseException:
-            for one in upgrade.fleet.all():
-                print("--- %s\n%s" % (one.name, one.tail()), file=sys.stderr)
+            upgrade.fleet.print_tails()
             raise
         finally:
             upgrade.fleet.kill_all()

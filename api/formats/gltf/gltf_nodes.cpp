@@ -12,6 +12,7 @@ namespace {
 // Returns the rotation by a quaternion, normalised since files store it rounded to float. nullopt: its length is 0 or
 // not finite.
 std::optional<Eigen::Matrix3d> rotation_of(const Eigen::Vector4d& xyzw) {
+  // In the order in which Eigen adds four coordinates where it vectorises.
   const auto square = [&](int k) { return xyzw[k] * xyzw[k]; };
   const double length = std::sqrt((square(0) + square(2)) + (square(1) + square(3)));
   if (!(length > 0x1p-500) || !(length < 0x1p500)) return std::nullopt;

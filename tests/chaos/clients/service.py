@@ -1,6 +1,7 @@
 """The service that is attacked, in four forms and one with few descriptors, and what it holds."""
 
 import collections
+import contextlib
 import dataclasses
 import json
 import os
@@ -61,7 +62,7 @@ class Sizes:
     """What a process holds."""
 
     resident_kb: int
-    descriptors: int
+    descriptors: int  # without those of the database, which keeps up to eight connections for reading
     threads: int
     files: int  # in its temporary folder, or arriving in its data folder
 
@@ -146,7 +147,14 @@ class Service:
         number = lambda field: int(re.search(field + r":\s+(\d+)", status)[1])
         arriving = self.folder_of_data() / "blobs/incoming"
         files = [*self.temporary.iterdir(), *(arriving.iterdir() if arriving.exists() else ())]
-        return Sizes(number("VmRSS"), len(os.listdir("/proc/%d/fd" % self.process.pid)), number("Threads"), len(files))
+        return Sizes(number("VmRSS"), self.descriptors(), number("Threads"), len(files))
+
+    def descriptors(self):
+        found = 0
+        for link in Path("/proc/%d/fd" % self.process.pid).iterdir():
+            with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+                found += not Path(os.readlink(link)).name.startswith("jobs.sqlite")
+        return found
 
     def folder_of_data(self):
         return Path(self.server.data_dir.name) / "data"

@@ -2,19 +2,15 @@
 that are read again."""
 import contextlib
 import os
-import pathlib
 import random
 import signal
-import sys
 import threading
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "chaos"))  # its walk through the API
+from ledger import Ledger
+from walk import User
 
-from ledger import Ledger  # noqa: E402
-from walk import User  # noqa: E402
-
-from .service import family  # noqa: E402
+from .service import family
 
 PAUSE, KILLS, RELOADS = 2, 10, 30  # seconds between walks, kills of a reader, reloads
 VISIT = 60  # seconds; far below the time that results are kept, so that nothing a visitor looks at may have expired

@@ -10,8 +10,10 @@ import sys
 
 from harness import text
 
+from .soak import MEBIBYTE, WATCHED
+
 MARKED = re.compile(r"(<!-- load: (\w+) -->\n).*?(<!-- end of load -->)", re.DOTALL)
-SECOND, MEBIBYTE = 1.0, 1 << 20
+SECOND = 1.0
 MOST_TO_REFUSE = 0.020
 LEAST_GOODPUT = 0.9  # of the closed loop's
 
@@ -88,18 +90,10 @@ def _met(yes):
     return "met" if yes else "**missed**"
 
 
-SOAKED = {
-    "memory": ("memory of all processes, MiB", MEBIBYTE), "alone": ("memory of the service alone, MiB", MEBIBYTE),
-    "descriptors": ("descriptors", 1), "threads": ("threads", 1), "processes": ("processes", 1),
-    "rows": ("rows of jobs, meshes and batches", 1), "blobs": ("files of meshes", 1),
-    "log": ("write-ahead log, MiB", MEBIBYTE), "temporary": ("other files", 1),
-}  # fmt: skip
-
-
 def soak(record):
     run = record["soak"]
     rows = []
-    for name, (title, unit) in SOAKED.items():
+    for name, (title, unit) in WATCHED.items():
         growth = run["growth"][name]
         first, last, error = (growth[which] / unit for which in ("first", "last", "error"))
         change = f"{100 * (last - first) / first:+.1f} %" if first else "0"
@@ -109,7 +103,7 @@ def soak(record):
             f"{text.count(run['accepted'])} answered, {text.count(run['refused'])} refused, neither: {_others(run)}; "
             f"p50 {_seconds(run['p50'])}, p99 {_seconds(run['p99'])}. Beside them {_counted(run['company'])}; "
             f"{text.count(run['promised'].get('intervals', 0))} intervals looked at; violations: {len(run['violations'])}.")  # fmt: skip
-    return head + "\n\n" + table
+    return head + "\n\n" + table + "\n\n![memory and descriptors over the soak](benchmarks/load_soak.svg)"
 
 
 def _counted(counts):

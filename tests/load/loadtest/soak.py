@@ -12,7 +12,13 @@ from .service import Watch
 
 # Results and meshes expire soon, and caches are small, so that as much goes as comes long before the first quarter ends.
 KEPT = ("--result-ttl-s", "300", "--mesh-ttl-s", "300", "--max-cache-bytes", "16000000", "--map-cache-bytes", "16000000")
-WATCHED = ("memory", "alone", "descriptors", "threads", "processes", "rows", "blobs", "log", "temporary")
+MEBIBYTE = 1 << 20
+WATCHED = {  # title, unit
+    "memory": ("memory of all processes, MiB", MEBIBYTE), "alone": ("memory of the service alone, MiB", MEBIBYTE),
+    "descriptors": ("descriptors", 1), "threads": ("threads", 1), "processes": ("processes", 1),
+    "rows": ("rows of jobs, meshes and batches", 1), "blobs": ("files of meshes", 1),
+    "log": ("write-ahead log, MiB", MEBIBYTE), "other": ("other files", 1),
+}  # fmt: skip
 MOST_GROWTH = 0.02
 ROWS = "SELECT (SELECT count(*) FROM jobs) + (SELECT count(*) FROM meshes) + (SELECT count(*) FROM batches)"
 
@@ -33,13 +39,11 @@ def correlation_time(rest):
 
 def stored(data):
     """What the service keeps in its folder: rows, files of meshes, the bytes of the database's log, and what else lies there."""
-    database = data / "jobs.sqlite"
-    with contextlib.closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True, timeout=10)) as connection:
+    with contextlib.closing(sqlite3.connect(f"file:{data / 'jobs.sqlite'}?mode=ro", uri=True, timeout=10)) as connection:
         rows = connection.execute(ROWS).fetchone()[0]
     files = [path for path in data.rglob("*") if path.is_file()]
-    log = data / "jobs.sqlite-wal"
     blobs = sum(path.is_relative_to(data / "blobs") for path in files)
-    return {"rows": rows, "blobs": blobs, "log": log.stat().st_size, "temporary": len(files) - blobs}
+    return {"rows": rows, "blobs": blobs, "log": (data / "jobs.sqlite-wal").stat().st_size, "other": len(files) - blobs}
 
 
 def quarters(rows, what, warm_up, seconds):
@@ -61,8 +65,8 @@ def is_flat(first, last, error):
 
 
 def run(client, service, folder, settings, requests, rate, minutes):
-    """An open loop at `rate`, and company(). The first eleventh is a warm-up beyond `minutes`: caches fill, and results
-    begin to expire."""
+    """An open loop at `rate`, beside a Company, for `minutes` and a tenth of them before, in which caches fill and results begin
+    to expire."""
     out, data = folder / "soak.csv", pathlib.Path(service.data.name)
     seconds, warm_up = 66 * minutes, 6 * minutes
     command = [client, "--port", service.port, "--seconds", seconds, "--rate", rate, "--out", out]
