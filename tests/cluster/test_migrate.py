@@ -75,7 +75,7 @@ class Migrate(unittest.TestCase):
             self.assertEqual(done.stdout, "the schema " + said % NEWEST + "\n")
 
     def test_no_tickets_of_kerberos_unless_asked(self):
-        """libpq refuses a wrong word in this variable, which it reads only where nobody has decided."""
+        """libpq refuses a wrong word in this variable, which it reads only where the program sets nothing."""
         for url, code in ((self.url, 0), (self.url + "?gssencmode=nonsense", 3)):
             done = subprocess.run([BINARY, "migrate"], env={**ENVIRONMENT, "PGGSSENCMODE": "nonsense", "MESHGAUGE_DATABASE": url},
                                   capture_output=True, text=True)
