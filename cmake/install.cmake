@@ -6,7 +6,7 @@ set(meshgauge_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/meshgauge)
 install(TARGETS meshgauge_engine EXPORT meshgauge_targets ARCHIVE COMPONENT engine)
 # The face of the engine alone: what hausdorff.h includes.
 install(FILES engine/hausdorff.h engine/mesh.h engine/options.h engine/outcome.h engine/control.h engine/result.h
-              engine/area.h engine/region.h engine/sides.h engine/statistics.h engine/thresholds.h
+              engine/area.h engine/region.h engine/sides.h engine/statistics.h engine/thresholds.h engine/vector.h
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/meshgauge/engine COMPONENT engine)
 install(EXPORT meshgauge_targets NAMESPACE meshgauge:: DESTINATION ${meshgauge_package_dir} COMPONENT engine)
 

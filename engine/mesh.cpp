@@ -65,9 +65,9 @@ Vec3 cross_of(const Vec3& e, const Vec3& f) {
 // squared. The roundings here and in is_degenerate() together are below 2^-48 of it, so that is_degenerate() would find
 // more than its 2^-50. False where a power of the edges could overflow or underflow.
 bool surely_not_degenerate(const Vec3& e, const Vec3& f) {
-  const double longest_sq = 2 * (e.squaredNorm() + f.squaredNorm());  // at least, also of the third edge
+  const double longest_sq = 2 * (squared_norm(e) + squared_norm(f));  // at least, also of the third edge
   const bool in_range = longest_sq > 0x1p-200 && longest_sq < 0x1p200;
-  return in_range && cross_of(e, f).squaredNorm() > 0x1p-94 * longest_sq * longest_sq;
+  return in_range && squared_norm(cross_of(e, f)) > 0x1p-94 * longest_sq * longest_sq;
 }
 
 Result<Done> check_triangle(MeshView mesh, std::size_t triangle, std::string_view part) {
@@ -153,10 +153,7 @@ Box bounding_box(MeshView mesh, const Interrupted& interrupted) {
 
 double diagonal(MeshView mesh) { return diagonal(bounding_box(mesh)); }
 
-double diagonal(const Box& box) {
-  const Vec3 size = box.high - box.low;
-  return std::hypot(size.x(), size.y(), size.z());
-}
+double diagonal(const Box& box) { return scaled_norm(box.high - box.low); }
 
 // Collinear within rounding: the area is at most 2^-50 of the longest edge squared.
 bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -167,8 +164,8 @@ bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
   if (scale == 0) return true;
   e /= scale;
   f /= scale;
-  const double longest_sq = std::max({e.squaredNorm(), f.squaredNorm(), (f - e).squaredNorm()});
-  return cross_of(e, f).norm() <= 0x1p-50 * longest_sq;
+  const double longest_sq = std::max({squared_norm(e), squared_norm(f), squared_norm(f - e)});
+  return norm(cross_of(e, f)) <= 0x1p-50 * longest_sq;
 }
 
 std::size_t count_degenerate(MeshView mesh, const Interrupted& interrupted) {

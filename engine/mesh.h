@@ -11,14 +11,12 @@
 #include <string_view>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include "engine/control.h"
 #include "engine/result.h"
+#include "engine/vector.h"
 
 namespace meshgauge {
 
-using Vec3 = Eigen::Vector3d;
 using Triangle = std::array<std::uint32_t, 3>;  // indices into Mesh::positions
 
 // The largest |coordinate| accepted. Distances stay below 2*sqrt(3)*2^1020 < 2^1022, so no result overflows.

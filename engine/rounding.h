@@ -163,11 +163,14 @@
 
 #include <algorithm>
 #include <bit>
+#include <cfloat>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 namespace meshgauge::rounding {
+
+static_assert(FLT_EVAL_METHOD == 0, "operations on doubles must be rounded to doubles: no x87 (-mfpmath=sse)");
 
 inline constexpr double kUnit = 0x1p-53;  // u
 

@@ -1,7 +1,10 @@
 #include "api/base/machine.h"
 
-#include <sched.h>
 #include <unistd.h>
+
+#ifdef __linux__
+#include <sched.h>
+#endif
 
 #include <algorithm>
 #include <cerrno>
@@ -80,6 +83,7 @@ Limit time_of_version_1(const std::string& group) {
 }
 
 unsigned processors_usable() {
+#ifdef __linux__
   constexpr std::size_t kMostSets = 64;  // sets of 1024 processors
   for (std::size_t sets = 1; sets <= kMostSets; sets *= 2) {
     std::vector<cpu_set_t> usable(sets);
@@ -89,6 +93,7 @@ unsigned processors_usable() {
     }
     if (errno != EINVAL) break;  // EINVAL: the kernel has more processors than fit
   }
+#endif
   return static_cast<unsigned>(std::max(1L, ::sysconf(_SC_NPROCESSORS_ONLN)));
 }
 

@@ -80,9 +80,11 @@ MemoryFile::End MemoryFile::read_all(int from, std::uint64_t most, MemoryFile& t
   }
   seal(file, kSizeSeals | F_SEAL_WRITE);  // where there are no seals, no other process has the file either
   if (size == 0) return to = MemoryFile(), End::whole;
-  void* const start = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.get(), 0);
+  const auto length = static_cast<std::size_t>(size);
+  if (length != size) return End::no_memory;  // more than 32 bits address
+  void* const start = ::mmap(nullptr, length, PROT_READ, MAP_SHARED, file.get(), 0);
   if (start == MAP_FAILED) return End::no_memory;
-  return to = MemoryFile(static_cast<const std::byte*>(start), size), End::whole;
+  return to = MemoryFile(static_cast<const std::byte*>(start), length), End::whole;
 }
 
 }  // namespace meshgauge

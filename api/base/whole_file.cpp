@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <climits>
@@ -107,12 +108,13 @@ Result<std::uint64_t> WholeFile::size_below(const BaseFolder& folder, const std:
 Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {
   struct stat status {};
   if (auto ok = check_regular(fd, path, status); !ok) return ok.error();
-  const auto size = static_cast<std::size_t>(status.st_size);
-  if (size > most) {
+  const auto there = static_cast<std::uint64_t>(status.st_size);
+  if (there > most) {
     return Error{ErrorCode::too_large,
                  "'" + path + "' is larger than the " + std::to_string(most) + " bytes that may still be read", "", ""};
   }
   LargeArray<std::byte> bytes;
+  const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(there, bytes.max_size() - 1));
   try {
     bytes.resize(size + 1);  // one byte more, to detect a file that grows
   } catch (const std::exception&) {
@@ -120,7 +122,7 @@ Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t
   }
   const ssize_t count = read_all(fd, bytes);
   if (count < 0) return failed(path);
-  if (static_cast<std::size_t>(count) != size) return unusable(path, "was changed while it was read");
+  if (static_cast<std::uint64_t>(count) != there) return unusable(path, "was changed while it was read");
   bytes.resize(size);
   return WholeFile(std::move(bytes));
 }

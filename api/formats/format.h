@@ -44,11 +44,11 @@ std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf
 struct ReadLimits {
   std::size_t max_vertices = 200'000'000;
   std::size_t max_triangles = 100'000'000;
-  std::size_t max_expanded_bytes = std::size_t{4} << 30;  // expanded size of a gzip-compressed file or a 3MF
+  std::uint64_t max_expanded_bytes = std::uint64_t{4} << 30;  // expanded size of a gzip-compressed file or a 3MF
 };
 
 // For files of clients that are not trusted: the defaults of the service's settings.
-inline constexpr ReadLimits kUntrustedLimits{50'000'000, 50'000'000, std::size_t{2} << 30};
+inline constexpr ReadLimits kUntrustedLimits{50'000'000, 50'000'000, std::uint64_t{2} << 30};
 inline constexpr std::uint64_t kUntrustedFileBytes = std::uint64_t{4} << 30;
 
 // Counts of faces of more than three corners, and how far their splits into triangles may differ.

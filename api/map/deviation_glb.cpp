@@ -157,7 +157,7 @@ class Document {
   // between both.
   float side(std::size_t v) const {
     const Vec3 exact = map_.mesh.positions[v] - moved_;
-    const double step = (exact - exact.cast<float>().cast<double>()).norm();
+    const double step = norm(exact - exact.cast<float>().cast<double>());
     return map_.distances[v] > 4 * step ? static_cast<float>(map_.sides[v]) : 0;
   }
 
@@ -259,7 +259,7 @@ class Document {
 };
 
 // Returns the size of the arrays; the rest of the file is a few thousand bytes.
-std::size_t bytes_of(const DeviationMap& map) {
+std::uint64_t bytes_of(const DeviationMap& map) {
   return glb_bytes(map.mesh.positions.size(), map.mesh.triangles.size(), !map.sides.empty(), !map.normals.empty());
 }
 
@@ -270,7 +270,7 @@ Error too_large(const std::string& what) {
 }
 
 Result<Done> check(const DeviationMap& map) {
-  if (bytes_of(map) > (std::size_t{1} << 32) - (std::size_t{1} << 20)) return too_large("it would exceed 4 GiB");
+  if (bytes_of(map) > (std::uint64_t{1} << 32) - (std::uint64_t{1} << 20)) return too_large("it would exceed 4 GiB");
   for (std::size_t v = 0; v < map.mesh.positions.size(); ++v) {
     if (is_within_float(map.mesh.positions[v]) && map.distances[v] <= kMostFloat) continue;
     return too_large("vertex " + std::to_string(v) + " is beyond single precision");
@@ -283,7 +283,7 @@ Result<Done> check(const DeviationMap& map) {
 
 }  // namespace
 
-std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides, bool normals) {
+std::uint64_t glb_bytes(std::uint64_t vertices, std::uint64_t triangles, bool sides, bool normals) {
   return vertices * ((normals ? 2 : 1) * sizeof(Float3) + sizeof(Colour) + (sides ? 2 : 1) * sizeof(float)) +
          triangles * sizeof(Triangle);
 }

@@ -26,6 +26,7 @@
 //   candidate_vertices, candidate_triangles: the same counts; unless decimated, the candidate's vertices come first
 #pragma once
 
+#include <cstdint>
 #include <ostream>
 
 #include "api/map/deviation_map.h"
@@ -38,6 +39,6 @@ namespace meshgauge::api {
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out);
 
 // Estimates the size of the file in bytes, to within a few thousand.
-std::size_t glb_bytes(std::size_t vertices, std::size_t triangles, bool sides = false, bool normals = false);
+std::uint64_t glb_bytes(std::uint64_t vertices, std::uint64_t triangles, bool sides = false, bool normals = false);
 
 }  // namespace meshgauge::api

@@ -43,7 +43,7 @@ std::vector<Vec3> vertex_normals(MeshView mesh, const Box& box) {
     for (const std::uint32_t v : triangle) normals[v] += normal;
   }
   for (Vec3& normal : normals) {
-    const double length = normal.norm();
+    const double length = norm(normal);
     normal = length > 0 && std::isfinite(length) ? Vec3(normal / length) : Vec3::UnitZ();
   }
   return normals;

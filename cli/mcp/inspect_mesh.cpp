@@ -83,7 +83,7 @@ double area_of(MeshView mesh) {
   double doubled = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3& first = mesh.corner(t, 0);
-    doubled += (mesh.corner(t, 1) - first).cross(mesh.corner(t, 2) - first).norm();
+    doubled += norm((mesh.corner(t, 1) - first).cross(mesh.corner(t, 2) - first));
   }
   return doubled / 2;
 }

@@ -52,7 +52,7 @@ struct Longest {
 Longest longest_edge(const Piece& piece) {
   Longest best;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double length = (piece.corners[i].point - piece.corners[(i + 1) % 3].point).norm();
+    const double length = norm(piece.corners[i].point - piece.corners[(i + 1) % 3].point);
     if (length > best.length) best = {i, length};
   }
   return best;
@@ -141,8 +141,8 @@ class alignas(64) Bisector {
   // Whether p lies on a's side of the line from `middle` to c, in the plane of the three.
   static bool beside(const Vec3& p, const Vec3& a, const Vec3& middle, const Vec3& c) {
     const Vec3 line = c - middle, to_a = a - middle;
-    const Vec3 across = to_a * line.squaredNorm() - line * line.dot(to_a);
-    return (p - middle).dot(across) > 0;
+    const Vec3 across = to_a * squared_norm(line) - line * dot(line, to_a);
+    return dot(p - middle, across) > 0;
   }
 
   void add(const std::array<Corner, 3>& corners, const Piece& parent, bool overlay_failed) {

@@ -224,7 +224,7 @@ class Movement {
     complete_ = each_unless(interrupted, sq_.size(), [&, frame](std::uint32_t v) {
       const Vec3 &p = a.positions[v], &q = b.positions[v];
       const Vec3 movement = frame.to_frame(q) - frame.to_frame(p);
-      sq[v] = movement.squaredNorm();
+      sq[v] = squared_norm(movement);
       sum += movement;
       none = none && p == q;
     });
@@ -274,7 +274,7 @@ class MovementFront : private FrontWork {
     });
     const double most = std::sqrt(movement.upper_sq(from_.triangles[candidate_]));
     if (!(most > 0)) return FrontEnd::declined;
-    if (movement.mean().norm() > kUniform * most && !raise_by_plane(movement.mean())) return FrontEnd::interrupted;
+    if (norm(movement.mean()) > kUniform * most && !raise_by_plane(movement.mean())) return FrontEnd::interrupted;
     if (most > limit()) {
       const FrontEnd end = measure_movers(movement);
       if (end != FrontEnd::taken) return end;
@@ -312,10 +312,10 @@ class MovementFront : private FrontWork {
   // A copy that is moved as a whole lies before the plane through its rearmost vertex, so that the rearmost vertex of A
   // is at least as far from it as that plane is. False: interrupted.
   bool raise_by_plane(const Vec3& movement) {
-    const Vec3 forward = movement.normalized();
+    const Vec3 forward = normalized(movement);
     std::uint32_t rearmost = 0;
     double of_a = std::numeric_limits<double>::infinity(), of_b = of_a;
-    const auto along = [frame = pair_.frame, forward](const Vec3& p) { return frame.to_frame(p).dot(forward); };
+    const auto along = [frame = pair_.frame, forward](const Vec3& p) { return dot(frame.to_frame(p), forward); };
     const auto see_a = [&, positions = from_.positions](std::uint32_t v) {
       const double at = along(positions[v]);
       if (at < of_a) of_a = at, rearmost = v;
@@ -337,7 +337,7 @@ class MovementFront : private FrontWork {
   // Raises the lower bound to the largest distance of the movers from B.
   FrontEnd measure_movers(const Movement& movement) {
     const Box box = box_of(direction_.to);
-    const double diagonal = (box.high - box.low).norm();
+    const double diagonal = norm(box.high - box.low);
     std::vector<Query> queries;
     for (const std::uint32_t t : movers_) {
       const std::uint32_t v = movement.farthest_corner(from_.triangles[t]);
@@ -364,7 +364,7 @@ constexpr std::size_t kMostUnmarked = 4;  // more than one vertex of so many wit
 constexpr double kFarForDetail = 0x1p-4;  // of A's diagonal
 
 double distance_sq(const Box& box, const Vec3& p) {
-  return (box.low - p).cwiseMax(p - box.high).cwiseMax(0).squaredNorm();
+  return squared_norm((box.low - p).cwiseMax(p - box.high).cwiseMax(0));
 }
 
 // The front of meshes that are far from each other: single points of B bound triangles of A.
@@ -420,9 +420,9 @@ class PointFront : private FrontWork {
   bool seems_far() const {
     const Box of_a = box_of(direction_.from), of_b = box_of(direction_.to);
     const Vec3 centre = (of_a.low + of_a.high) * 0.5;
-    const double diagonal = (of_a.high - of_a.low).norm();
+    const double diagonal = norm(of_a.high - of_a.low);
     const std::vector<Vec3> of_to = sample(to_, kPoints);
-    const auto is_distant = [&](const Vec3& p) { return (p - centre).norm() > kDistant * diagonal; };
+    const auto is_distant = [&](const Vec3& p) { return norm(p - centre) > kDistant * diagonal; };
     if (std::all_of(of_to.begin(), of_to.end(), is_distant)) {
       const std::vector<Vec3> more = sample(to_, kMorePoints);
       if (std::all_of(more.begin(), more.end(), is_distant)) return true;
@@ -439,11 +439,11 @@ class PointFront : private FrontWork {
       const auto from_box = [&](const Vec3& p, const Vec3& q) { return distance_sq(of_b, p) < distance_sq(of_b, q); };
       const Vec3& farthest = *std::max_element(first, last, from_box);
       points.push_back(*std::min_element(of_to.begin(), of_to.end(), [&](const Vec3& p, const Vec3& q) {
-        return (p - farthest).squaredNorm() < (q - farthest).squaredNorm();
+        return squared_norm(p - farthest) < squared_norm(q - farthest);
       }));
     }
     const auto within = std::count_if(of_from.begin(), of_from.end(), [&](const Vec3& p) {
-      return std::any_of(points.begin(), points.end(), [&](const Vec3& q) { return (p - q).squaredNorm() <= far_sq; });
+      return std::any_of(points.begin(), points.end(), [&](const Vec3& q) { return squared_norm(p - q) <= far_sq; });
     });
     return kMostUnmarked * static_cast<std::size_t>(within) >= (kMostUnmarked - 1) * of_from.size();
   }
@@ -487,7 +487,7 @@ class PointFront : private FrontWork {
     std::vector<double> least_sq(queries.size(), std::numeric_limits<double>::infinity());
     for (const Vec3& p : corners) {
       for (std::size_t i = 0; i < queries.size(); ++i) {
-        least_sq[i] = std::min(least_sq[i], (queries[i].point - p).squaredNorm());
+        least_sq[i] = std::min(least_sq[i], squared_norm(queries[i].point - p));
       }
     }
     for (std::size_t i = 0; i < queries.size(); ++i) queries[i].upper = std::sqrt(least_sq[i]);
@@ -504,7 +504,7 @@ class PointFront : private FrontWork {
       if (first == 0) vertex.least_sq = std::numeric_limits<double>::infinity();
       const Vec3 p = frame.to_frame(from_.positions[v]);
       for (std::size_t k = first; k < points_.size(); ++k) {
-        const double sq = (p - points_[k]).squaredNorm();
+        const double sq = squared_norm(p - points_[k]);
         vertex.least_sq = std::min(vertex.least_sq, sq);
         if (sq > limit_sq) continue;
         vertex.marks |= std::uint32_t{1} << k;
@@ -524,8 +524,8 @@ class PointFront : private FrontWork {
     if ((vertices_[a].marks & vertices_[b].marks & vertices_[c].marks) != 0) return marked_sq_;
     double least_sq = std::numeric_limits<double>::infinity();
     for (const Vec3& q : points_) {
-      least_sq = std::min(least_sq, std::max({(point(a) - q).squaredNorm(), (point(b) - q).squaredNorm(),
-                                              (point(c) - q).squaredNorm()}));
+      least_sq = std::min(
+          least_sq, std::max({squared_norm(point(a) - q), squared_norm(point(b) - q), squared_norm(point(c) - q)}));
     }
     return least_sq;
   }

@@ -403,7 +403,7 @@ class Sweep {
     SearchWorker& worker = sweeper.worker;
     const auto& [a, b, c] = piece.corners;
     const Vec3 centre = (a.point + b.point + c.point) / 3;
-    const double radius = std::max({(a.point - centre).norm(), (b.point - centre).norm(), (c.point - centre).norm()});
+    const double radius = std::max({norm(a.point - centre), norm(b.point - centre), norm(c.point - centre)});
     const double enough = worker.cull_within_tolerance() - radius;  // a triangle of B so near to the centre culls
     sweeper.last = nearest_corner(search_.to(), centre, worker.work(), search_.stop(), sweeper.last, enough).slot;
     piece.upper = std::min(piece.upper, certificate(sweeper.last, worker.work()));

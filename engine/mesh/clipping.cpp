@@ -43,14 +43,14 @@ Place place(std::span<const CutCorner> piece, const Sphere& sphere) {
   Box box;
   double off = 0;
   for (const CutCorner& c : piece) {
-    const double far = length_of(c.at - sphere.centre) * (1 + kSlack) + c.distance_off() + kTiny;
+    const double far = scaled_norm(c.at - sphere.centre) * (1 + kSlack) + c.distance_off() + kTiny;
     inside = inside && far * (1 + kSlack) <= sphere.radius;
     box.extend(c.at);
     off = std::max(off, c.distance_off());
   }
   if (inside) return Place::inside;
   const Vec3 nearest = sphere.centre.cwiseMax(box.low).cwiseMin(box.high);
-  const double near = length_of(nearest - sphere.centre) * (1 - kSlack) - off - kTiny;
+  const double near = scaled_norm(nearest - sphere.centre) * (1 - kSlack) - off - kTiny;
   return near * (1 - kSlack) > sphere.radius ? Place::outside : Place::unknown;
 }
 
@@ -84,7 +84,7 @@ struct Ball {
     width = (box.high - box.low).maxCoeff();
     for (const auto* copy : {&pieces.outer, &pieces.inner}) {
       for (const CutCorner& c : *copy)
-        radius = std::max(radius, length_of(c.at - centre) * (1 + kSlack) + c.distance_off() + kTiny);
+        radius = std::max(radius, scaled_norm(c.at - centre) * (1 + kSlack) + c.distance_off() + kTiny);
     }
     radius *= 1 + kSlack;
     off = std::max(distance_off(pieces.inner), distance_off(pieces.outer));
@@ -96,7 +96,7 @@ HalfSpace around(const Sphere& sphere, const Ball& ball) {
   const Vec3 to = ball.centre - sphere.centre;
   const double r = sphere.radius, h = ball.radius;
   const double chord = std::sqrt(r - h) * std::sqrt(r + h) * (1 - kSlack);
-  const Plane outer{to / length_of(to), sphere.centre, r * (1 + kSlack), -1};
+  const Plane outer{to / scaled_norm(to), sphere.centre, r * (1 + kSlack), -1};
   Plane inner = outer;
   inner.offset = chord;
   return {inner, outer};

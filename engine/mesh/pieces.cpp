@@ -77,7 +77,7 @@ bool are_equal(const Pieces& pieces) {
 std::vector<Pieces> halves(const Polygon& triangle) {
   std::size_t longest = 0;
   std::array<double, 3> lengths;
-  for (std::size_t i = 0; i < 3; ++i) lengths[i] = length_of(triangle[(i + 1) % 3].at - triangle[i].at);
+  for (std::size_t i = 0; i < 3; ++i) lengths[i] = scaled_norm(triangle[(i + 1) % 3].at - triangle[i].at);
   for (std::size_t i = 1; i < 3; ++i) longest = lengths[i] > lengths[longest] ? i : longest;
   const CutCorner &a = triangle[longest], &b = triangle[(longest + 1) % 3], &c = triangle[(longest + 2) % 3];
   const CutCorner middle = crossing(a, b, -1, 1, Plane{});
@@ -100,17 +100,12 @@ std::vector<Pieces> halves(const Pieces& pieces) {
 
 }  // namespace
 
-double length_of(const Vec3& v) {
-  const double most = v.cwiseAbs().maxCoeff();
-  return most > 0 ? most * (v / most).norm() : 0;
-}
-
 double CutCorner::distance_off() const {
   return off.isZero(0) ? 0 : rounding::add_up(off[0], rounding::add_up(off[1], off[2]));
 }
 
 double Plane::height(const Vec3& x) const {
-  return axis >= 0 ? normal[axis] * (x[axis] - origin[axis]) : normal.dot(x - origin) - offset;
+  return axis >= 0 ? normal[axis] * (x[axis] - origin[axis]) : dot(normal, x - origin) - offset;
 }
 
 double Plane::height_off(const CutCorner& corner) const {
@@ -118,7 +113,8 @@ double Plane::height_off(const CutCorner& corner) const {
     const double off = corner.off[axis];
     return off == 0 ? 0 : rounding::height_error(off, std::abs(corner.at[axis] - origin[axis]));
   }
-  return rounding::height_error(corner.distance_off(), (corner.at - origin).lpNorm<1>() + std::abs(offset));
+  const double span = dot((corner.at - origin).cwiseAbs(), Vec3::Ones());
+  return rounding::height_error(corner.distance_off(), span + std::abs(offset));
 }
 
 Pieces within(const Pieces& pieces, const HalfSpace& half) {
@@ -153,7 +149,7 @@ double gap(const Pieces& pieces) {
   double largest = 0;
   for (const CutCorner& corner : pieces.outer) {
     double nearest = std::numeric_limits<double>::infinity();
-    for (const CutCorner& to : pieces.inner) nearest = std::min(nearest, length_of(corner.at - to.at));
+    for (const CutCorner& to : pieces.inner) nearest = std::min(nearest, scaled_norm(corner.at - to.at));
     largest = std::max(largest, nearest);
   }
   if (pieces.inner.size() > 3) largest = rounding::add_up(largest, 2 * distance_off(pieces.inner));

@@ -61,7 +61,4 @@ double gap(const Pieces& pieces);
 // The largest CutCorner::distance_off().
 double distance_off(const Polygon& polygon);
 
-// Returns |v| within a relative error of 8u.
-double length_of(const Vec3& v);
-
 }  // namespace meshgauge

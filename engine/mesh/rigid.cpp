@@ -46,21 +46,22 @@ bool moves_axes(const RigidMotion::Matrix& m) { return (m.array() == 0 || m.arra
 }  // namespace
 
 double off_orthonormal(const RigidMotion::Matrix& m) {
-  return (m.transpose() * m - RigidMotion::Matrix::Identity()).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  return (product(m.transpose(), m) - RigidMotion::Matrix::Identity()).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
 }
 
 RigidMotion::Matrix nearest_rotation(const RigidMotion::Matrix& m) {
   const Eigen::JacobiSVD<RigidMotion::Matrix> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
+  return product(svd.matrixU(), svd.matrixV().transpose());
 }
 
 std::optional<Displacement> displacement(MeshView mesh, const Box& box, const RigidMotion& motion,
                                          const Interrupted& interrupted) {
   const auto& r = motion.rotation;
   const Vec3 skew(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));  // 2 sin(angle) times the axis
-  const auto moves = [&motion](const Vec3& p) { return (motion(p) - p).stableNorm(); };
+  const auto moves = [&motion](const Vec3& p) { return scaled_norm(motion(p) - p); };
   Displacement found;
-  found.angle = std::atan2(skew.norm(), r.trace() - 1) * 180 / std::numbers::pi;
+  // Only shown: atan2() may differ in its last digits.
+  found.angle = std::atan2(norm(skew), r(0, 0) + (r(1, 1) + r(2, 2)) - 1) * 180 / std::numbers::pi;
   found.shift = moves(box.low / 2 + box.high / 2);
   const bool done = each_unless(interrupted, mesh.triangles.size(), [&](std::uint32_t t) {
     for (const std::uint32_t v : mesh.triangles[t]) found.largest = std::max(found.largest, moves(mesh.positions[v]));

@@ -18,9 +18,9 @@ struct RigidMotion {
   Matrix rotation = Matrix::Identity();
   Vec3 translation = Vec3::Zero();
 
-  Vec3 operator()(const Vec3& p) const { return rotation * p + translation; }
+  Vec3 operator()(const Vec3& p) const { return product(rotation, p) + translation; }
   // Inverse up to rounding.
-  RigidMotion inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
+  RigidMotion inverse() const { return {rotation.transpose(), -product(rotation.transpose(), translation)}; }
   bool is_identity() const { return *this == RigidMotion(); }
   bool operator==(const RigidMotion&) const = default;
 };

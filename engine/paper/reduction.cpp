@@ -9,7 +9,7 @@ Vec3 midpoint(const Corner& a, const Corner& b) { return (a.point + b.point) * 0
 
 double longest_edge(const Piece& piece) {
   const auto& [a, b, c] = piece.corners;
-  return std::max({(a.point - b.point).norm(), (b.point - c.point).norm(), (c.point - a.point).norm()});
+  return std::max({norm(a.point - b.point), norm(b.point - c.point), norm(c.point - a.point)});
 }
 
 // The bound of a piece that is smaller than rounding can resolve: d(., B) is 1-Lipschitz, so no point of the piece is

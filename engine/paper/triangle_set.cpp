@@ -21,7 +21,7 @@ double clamp_ratio(double numerator, double denominator) {
 }
 
 double point_segment_sq(const Vec3& p, const Vec3& a, const Vec3& ab) {
-  return (p - a - clamp_ratio((p - a).dot(ab), ab.squaredNorm()) * ab).squaredNorm();
+  return squared_norm(p - a - clamp_ratio(dot(p - a, ab), squared_norm(ab)) * ab);
 }
 
 // Squared distance of the segments p..p+d and q..q+e. Either an end of one is nearest to the other segment, or the two
@@ -30,12 +30,12 @@ double segments_sq(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e) {
   double best = std::min({point_segment_sq(p, q, e), point_segment_sq(p + d, q, e), point_segment_sq(q, p, d),
                           point_segment_sq(q + e, p, d)});
   const Vec3 n = d.cross(e);
-  const double n_sq = n.squaredNorm();
+  const double n_sq = squared_norm(n);
   if (n_sq > 0) {
     const Vec3 pq = q - p;
-    const double s = std::clamp(pq.cross(e).dot(n) / n_sq, 0.0, 1.0);
-    const double t = std::clamp(pq.cross(d).dot(n) / n_sq, 0.0, 1.0);
-    best = std::min(best, (pq + t * e - s * d).squaredNorm());
+    const double s = std::clamp(dot(pq.cross(e), n) / n_sq, 0.0, 1.0);
+    const double t = std::clamp(dot(pq.cross(d), n) / n_sq, 0.0, 1.0);
+    best = std::min(best, squared_norm(pq + t * e - s * d));
   }
   return best;
 }
@@ -44,16 +44,16 @@ double segments_sq(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e) {
 // and the edge is close to zero, so nothing is lost.
 bool pierces(const Vec3& a, const Vec3& b, const PreparedTriangle& t) {
   const Vec3 normal = t.e1.cross(t.e2);
-  const double ha = (a - t.a).dot(normal), hb = (b - t.a).dot(normal);
+  const double ha = dot(a - t.a, normal), hb = dot(b - t.a, normal);
   if ((ha > 0) == (hb > 0) || ha == hb) return false;
   const Vec3 x = a + (ha / (ha - hb)) * (b - a);
-  const double u = (x - t.a).dot(t.e1);
-  const double v = (x - t.a - u * t.e1).dot(t.e2);
+  const double u = dot(x - t.a, t.e1);
+  const double v = dot(x - t.a - u * t.e1, t.e2);
   return v >= 0 && t.cx * v <= t.cy * u && (t.length - t.cx) * v <= t.cy * (t.length - u);
 }
 
 double box_distance_sq(const Box& a, const Box& b) {
-  return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(Vec3::Zero()).squaredNorm();
+  return squared_norm((a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(Vec3::Zero()));
 }
 
 CornersAndFrame with_frame(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -64,8 +64,8 @@ CornersAndFrame with_frame(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 double triangle_distance(const CornersAndFrame& s, const CornersAndFrame& t) {
   double best_sq = std::numeric_limits<double>::infinity();
-  for (const Vec3& v : s.corners) best_sq = std::min(best_sq, (v - closest_point(t.prepared, v)).squaredNorm());
-  for (const Vec3& v : t.corners) best_sq = std::min(best_sq, (v - closest_point(s.prepared, v)).squaredNorm());
+  for (const Vec3& v : s.corners) best_sq = std::min(best_sq, squared_norm(v - closest_point(t.prepared, v)));
+  for (const Vec3& v : t.corners) best_sq = std::min(best_sq, squared_norm(v - closest_point(s.prepared, v)));
   for (const auto& [i, j] : kEdges) {
     if (pierces(s.corners[i], s.corners[j], t.prepared) || pierces(t.corners[i], t.corners[j], s.prepared)) return 0;
     for (const auto& [k, l] : kEdges) {

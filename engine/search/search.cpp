@@ -1,11 +1,12 @@
 #include "engine/search/search.h"
 
+#include "engine/search/heap.h"
 #include "engine/search/search_worker.h"
 
 namespace meshgauge {
 namespace {
 
-bool less_upper(const Piece& a, const Piece& b) { return a.upper < b.upper; }
+constexpr auto less_upper = [](const Piece& a, const Piece& b) { return a.upper < b.upper; };
 
 }  // namespace
 
@@ -90,9 +91,9 @@ void Search::push(const Piece& piece) {
 Piece Search::pop() {
   if (!is_stack_) {
     for (; heap_ < waiting_.size(); ++heap_) {
-      std::push_heap(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(heap_ + 1), less_upper);
+      push_heap(std::span(waiting_).first(heap_ + 1), less_upper);
     }
-    std::pop_heap(waiting_.begin(), waiting_.end(), less_upper);
+    pop_heap(std::span(waiting_), less_upper);
     --heap_;
     pushed_ = 0;
   }
@@ -107,7 +108,7 @@ void Search::keep_above(double limit) {
     drop(piece.upper);
     return true;
   });
-  std::make_heap(waiting_.begin(), waiting_.end(), less_upper);
+  make_heap(std::span(waiting_), less_upper);
   heap_ = waiting_.size();
   pushed_ = 0;
 }

@@ -34,7 +34,7 @@ struct Candidate {
 
 // The largest distance of a point of the box from b: bounds h(box, B) for any point b of B (eq. 4/5).
 inline double farthest_of_box(const Box& box, const Vec3& b) {
-  return (b - box.low).cwiseAbs().cwiseMax((box.high - b).cwiseAbs()).norm();
+  return norm((b - box.low).cwiseAbs().cwiseMax((box.high - b).cwiseAbs()));
 }
 
 // By how much certifying widens the computed bounds of a search. Frame units.

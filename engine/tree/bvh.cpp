@@ -115,6 +115,19 @@ Split best_split(std::span<const Item> items, const FloatBox& centres) {
   return split;
 }
 
+// Moves the items for which `is_left` holds to the front and returns their number. As std::partition, which leaves open
+// in what order the items then are.
+template <class IsLeft>
+std::size_t partition_by(std::span<Item> items, IsLeft is_left) {
+  std::size_t left = 0;
+  for (std::size_t right = items.size();;) {
+    while (left < right && is_left(items[left])) ++left;
+    while (left < right && !is_left(items[right - 1])) --right;
+    if (left == right) return left;
+    std::swap(items[left++], items[--right]);
+  }
+}
+
 // Splits at the median of the exact centres, for ranges far from the frame's centre that float cannot resolve.
 std::size_t split_at_median(std::span<const Box> leaves, std::span<Item> items) {
   const auto centre = [&](const Item& item) { return Vec3(leaves[item.leaf].low + leaves[item.leaf].high); };
@@ -122,12 +135,14 @@ std::size_t split_at_median(std::span<const Box> leaves, std::span<Item> items) 
   for (const Item& item : items) box.extend(centre(item));
   int axis = 0;
   (box.high - box.low).maxCoeff(&axis);
-  const std::size_t middle = items.size() / 2;
-  std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
-                   [&](const Item& i, const Item& j) {
-                     return std::pair(centre(i)[axis], i.leaf) < std::pair(centre(j)[axis], j.leaf);
-                   });
-  return middle;
+  // The keys alone by nth_element(), which leaves open in what order the others then are.
+  const auto key = [&](const Item& item) { return std::pair(centre(item)[axis], item.leaf); };
+  std::vector<std::pair<double, std::uint32_t>> keys;
+  keys.reserve(items.size());
+  for (const Item& item : items) keys.push_back(key(item));
+  const auto median = keys.begin() + static_cast<std::ptrdiff_t>(keys.size() / 2);
+  std::nth_element(keys.begin(), median, keys.end());
+  return partition_by(items, [&](const Item& item) { return key(item) < *median; });
 }
 
 // Whether bins would be narrower than a few units of float.
@@ -142,9 +157,7 @@ std::size_t partition(std::span<const Box> leaves, std::span<Item> items, std::u
   if (depth >= kHeuristicDepth || too_fine_for_float(centres)) return split_at_median(leaves, items);
   const Split split = best_split(items, centres);
   if (split.bin < 0) return split_at_median(leaves, items);
-  const auto middle =
-      std::partition(items.begin(), items.end(), [&](const Item& item) { return split.bin_of(item) < split.bin; });
-  return static_cast<std::size_t>(middle - items.begin());
+  return partition_by(items, [&](const Item& item) { return split.bin_of(item) < split.bin; });
 }
 
 std::vector<Item> items_of(std::span<const Box> leaves) {

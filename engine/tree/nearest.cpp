@@ -14,13 +14,13 @@ namespace {
 
 // The separating-plane bound for one direction: min over corners of (w-v).n / |n|, without slack (R5).
 double separation(const std::array<Vec3, 3>& corners, const Vec3& w, const Vec3& n) {
-  return std::min({(w - corners[0]).dot(n), (w - corners[1]).dot(n), (w - corners[2]).dot(n)});
+  return std::min({dot(w - corners[0], n), dot(w - corners[1], n), dot(w - corners[2], n)});
 }
 
 // Removes from `v` its component along the unit vector `e`; twice, so that the result is orthogonal to rounding.
 Vec3 orthogonal(Vec3 v, const Vec3& e) {
-  v -= v.dot(e) * e;
-  v -= v.dot(e) * e;
+  v -= dot(v, e) * e;
+  v -= dot(v, e) * e;
   return v;
 }
 
@@ -29,7 +29,7 @@ Vec3 orthogonal(Vec3 v, const Vec3& e) {
 double certified_distance_below(const std::array<Vec3, 3>& corners, const PreparedTriangle& t, const Vec3& w) {
   double best = 0;
   const auto attempt = [&](const Vec3& n) {
-    const double length = n.norm();
+    const double length = norm(n);
     if (length > 0x1p-500) best = std::max(best, separation(corners, w, n / length) - rounding::kSeparationSlack);
   };
   attempt(w - closest_point(t, w));
@@ -40,7 +40,7 @@ double certified_distance_below(const std::array<Vec3, 3>& corners, const Prepar
     const Vec3& v = corners[i];
     attempt(w - v);
     const Vec3 edge = corners[(i + 1) % 3] - v;
-    const double length = edge.norm();
+    const double length = norm(edge);
     if (length > 0x1p-500) attempt(orthogonal(w - v, edge / length));
   }
   return best;
@@ -53,12 +53,12 @@ Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, s
   Closest best{std::numeric_limits<double>::infinity(), Nearest::kNone};
   if (hint != Nearest::kNone) {
     ++triangle_tests;
-    best = {(p - closest_point(tree.prepared(hint), p)).squaredNorm(), hint};
+    best = {squared_norm(p - closest_point(tree.prepared(hint), p)), hint};
   }
   Polling polling(stop, triangle_tests, enough > 0 ? enough * enough : 0);
   best = tree.kernels().nearest(tree.view(), p.data(), best, triangle_tests, polling);
   const Vec3 point = closest_point(tree.prepared(best.slot), p);
-  return {(p - point).norm(), best.slot, point, !polling.stopped()};
+  return {norm(p - point), best.slot, point, !polling.stopped()};
 }
 
 std::optional<double> certified_distance_below(const Bvh& tree, const Vec3& p, const Interrupted* stop, double most) {

@@ -30,9 +30,7 @@ Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, s
                 const Interrupted* stop = nullptr, double enough = 0);
 
 // The computed distance from p to one prepared triangle: rounding.h R3.
-inline double distance(const PreparedTriangle& triangle, const Vec3& p) {
-  return (p - closest_point(triangle, p)).norm();
-}
+inline double distance(const PreparedTriangle& triangle, const Vec3& p) { return norm(p - closest_point(triangle, p)); }
 
 // Returns a certified lower bound of d(p, mesh), at most `most`: rounding.h R5 and R6. It is never above the true
 // distance, whatever the shape of the triangles, and below the smaller of both by a few units of rounding. nullopt:

@@ -35,8 +35,8 @@ Preparation prepare(const Vec3& a, const Vec3& b, const Vec3& c);
 // frame.
 inline Vec3 closest_point(const PreparedTriangle& t, const Vec3& p) {
   const Vec3 ap = p - t.a;
-  const double x = ap.dot(t.e1);
-  const double y = (ap - x * t.e1).dot(t.e2);
+  const double x = dot(ap, t.e1);
+  const double y = dot(ap - x * t.e1, t.e2);
   if (y <= 0) return t.a + std::clamp(x, 0.0, t.length) * t.e1;
 
   const double dx = t.length - t.cx;

@@ -148,7 +148,7 @@ bool Vicinity::marked(const Triangle& triangle) const {
 bool Vicinity::within(const Box& box) const {
   return std::any_of(boxes_.begin(), boxes_.end(), [&](const Near& near) {
     const Vec3 gap = (near.box.low - box.high).cwiseMax(box.low - near.box.high).cwiseMax(0);
-    return gap.squaredNorm() <= near.reach_sq * kNearer + kLeast;
+    return squared_norm(gap) <= near.reach_sq * kNearer + kLeast;
   });
 }
 

@@ -116,7 +116,7 @@ def square(height, n=1, salt=""):
     return b"# " + salt.encode() + b"\n" + grid(height, n)
 
 
-@functools.lru_cache(64)
+@functools.lru_cache(64, typed=True)  # 0 and 0.0 are written differently
 def grid(height, n):
     lines = ["v %r %r %r" % (x / n, y / n, height) for y in range(n + 1) for x in range(n + 1)]
     corners = [y * (n + 1) + x + 1 for y in range(n) for x in range(n)]

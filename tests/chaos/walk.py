@@ -34,8 +34,8 @@ class HonestLedger(Ledger):
 class User(Client):
     """Does everything once, in the same order each time."""
 
-    def __init__(self, ledger, seed):
-        super().__init__(ledger, "user", seed)
+    def __init__(self, ledger, seed, name="user"):
+        super().__init__(ledger, name, seed)
         self.last_result = None
 
     def walk(self, port, most_silent=2):

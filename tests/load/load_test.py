@@ -166,37 +166,44 @@ class Figures(unittest.TestCase):
         self.assertEqual(json.loads(body), {"a": names[0], "b": names[1]})
 
 
-class Slopes(unittest.TestCase):
-    def test_a_line_is_found(self):
-        rise, error = soak.slope(list(range(100)), [3 + 2 * t for t in range(100)])
-        self.assertAlmostEqual(rise, 2)
-        self.assertAlmostEqual(error, 0)
+class Growth(unittest.TestCase):
+    """A quarter is compared with another: growth is seen, noise is not."""
 
-    def test_noise_grows_one_time_in_forty_at_most_twice_that(self):
-        dice = random.Random(1)
-        grew = 0
-        for _ in range(400):
-            rise, error = soak.slope(list(range(200)), [dice.gauss(0, 1) for _ in range(200)])
-            grew += soak.verdict(rise, error) != "none seen"
-        self.assertLess(grew, 400 * 0.05)
+    def quarters(self, values):
+        rows = [{"at": float(second), "memory": value} for second, value in enumerate(values)]
+        return soak.quarters(rows, "memory", 100, len(values))
 
-    def test_values_that_follow_each_other_are_worth_less(self):
-        """A random walk around a level, which an error for independent values would call growth most of the time."""
+    def test_the_warm_up_is_left_out(self):
+        first, last, error = self.quarters([0.0] * 100 + [50.0] * 400)
+        self.assertEqual((first, last, error), (50, 50, 0))
+
+    def test_two_percent_are_allowed_and_three_are_not(self):
+        self.assertTrue(soak.is_flat(100, 102, 0))
+        self.assertFalse(soak.is_flat(100, 103, 0))
+        self.assertTrue(soak.is_flat(100, 90, 0))
+        self.assertTrue(soak.is_flat(0, 0, 0))
+        self.assertFalse(soak.is_flat(0, 1, 0.2))
+
+    def test_noise_around_little_is_no_growth(self):
+        """Values that follow each other are worth less: a random walk around a level."""
         dice = random.Random(2)
         grew = 0
         for _ in range(200):
             values, level = [], 0.0
-            for _ in range(300):
+            for _ in range(1300):
                 level = 0.9 * level + dice.gauss(0, 1)
-                values.append(level)
-            rise, error = soak.slope(list(range(300)), values)
-            grew += soak.verdict(rise, error) != "none seen"
-        self.assertLess(grew, 200 * 0.15)
+                values.append(4 + level)
+            grew += not soak.is_flat(*self.quarters(values))
+        self.assertLess(grew, 200 * 0.1)
 
-    def test_growth_is_seen(self):
+    def test_growth_is_seen_through_noise(self):
         dice = random.Random(3)
-        rise, error = soak.slope(list(range(200)), [0.1 * t + dice.gauss(0, 1) for t in range(200)])
-        self.assertEqual(soak.verdict(rise, error), "**grows**")
+        self.assertFalse(soak.is_flat(*self.quarters([100 + 0.01 * t + dice.gauss(0, 1) for t in range(1300)])))
+
+    def test_what_a_soak_found_is_said(self):
+        flat, grown = ({"first": 1.0, "last": last, "error": 0.0, "flat": last == 1} for last in (1.0, 2.0))
+        run = {"growth": {"memory": flat, "rows": grown}, "violations": ["lost: the job 1"], "others": {"500": 3}}
+        self.assertEqual(soak.faults(run), ["rows grew from 1 to 2", "lost: the job 1", "3 requests: 500"])
 
 
 class Report(unittest.TestCase):
@@ -229,13 +236,12 @@ class Report(unittest.TestCase):
 
     def test_what_was_not_measured_stays_on_the_page(self):
         page = "<!-- load: loads -->\nolder\n<!-- end of load -->\n\n<!-- load: soak -->\nolder\n<!-- end of load -->\n"
-        growth = {"slope": 0.0, "error": 1.0, "mean": 2.0}
-        names = ("memory", "alone", "descriptors", "processes")
-        record = {"runs": [], "soak": self.RUN | {"minutes": 30, "growth": {name: growth for name in names}}}
+        growth = {what: {"first": 1.0, "last": 2.0, "error": 0.1, "flat": what != "rows"} for what in soak.WATCHED}
+        record = {"runs": [], "soak": self.RUN | {"minutes": 30, "growth": growth, "company": {"walks": 3}, "promised": {}, "violations": []}}
         loads, filled = report.fill(page, record).split("<!-- load: soak -->")
         self.assertIn("older", loads)
         self.assertNotIn("older", filled)
-        self.assertIn("none seen", filled)
+        self.assertEqual((filled.count("| flat |"), filled.count("**grows**")), (len(soak.WATCHED) - 1, 1))
         self.assertLessEqual(max(len(line) for line in filled.splitlines() if not line.startswith("|")), 100)
         self.assertEqual(report.fill(page, self.record()).count("older"), 1)
 

@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/bench"))  # its meshes, its tables
@@ -27,7 +28,7 @@ def arguments():
     parser.add_argument("--pairs", default=",".join(requests.MIXES), metavar="A,B", help="of " + ", ".join(requests.MIXES))
     parser.add_argument("--multiples", default="0.5,1,2,10", metavar="X,Y", help="of the capacity, for the open loop")
     parser.add_argument("--seconds", type=float, metavar="S", help="of the heaviest phase, the others are shorter; 60, or 5 with --quick")
-    parser.add_argument("--soak", type=float, metavar="MINUTES", help="instead: so long at a share of the capacity, mixed pairs")
+    parser.add_argument("--soak", type=float, metavar="MINUTES", help="instead: so long, and a tenth before, at a share of the capacity; fails if anything grows")
     parser.add_argument("--share", type=float, default=0.7, help="of the soak")
     parser.add_argument("--sources", type=int, default=64, help="addresses that the clients come from")
     parser.add_argument("--serve", default="", metavar="FLAGS", help="further flags of meshgauge serve")
@@ -100,7 +101,7 @@ def split():
 def measure(args, path):
     args.out.mkdir(parents=True, exist_ok=True)
     files = requests.make(args.out / "requests", args.key)
-    flags = shlex.split(args.serve)
+    flags = [*(soak.KEPT if args.soak else ()), *shlex.split(args.serve)]
     log = args.out / "service.log"
     before, machine, processors = os.getloadavg()[0], side.session_facts(), split()
     service = Service(args.build / "meshgauge", flags, log, lambda: os.sched_setaffinity(0, processors))
@@ -111,7 +112,7 @@ def measure(args, path):
         record = {"machine": machine, "processors": processors, "flags": flags, "workers": workers, "places": workers + queue,
                   "load_before": before, "multiples": [float(m) for m in args.multiples.split(",")],
                   "capacity": {}, "runs": []}  # fmt: skip
-        settings = {"sources": args.sources, "patience": 60}
+        settings = {"sources": args.sources, "patience": 60, "seed": time.strftime("%Y%m%d")}
         phases = Phases(args.build / "tests/load/load_client", service, args.out, settings)
         if args.soak:
             # Beside the phases that were measured before.
@@ -142,6 +143,8 @@ def main():
         raise SystemExit(f"load: nothing measured in {args.out}")
     report.render(record, args.out, args.to, ROOT / "docs/benchmarks.md")
     print(f"load: {args.out / 'load.md'}", file=sys.stderr)
+    if args.soak and (found := soak.faults(record["soak"])):
+        raise SystemExit("\n".join(f"load: {fault}" for fault in found))
 
 
 if __name__ == "__main__":

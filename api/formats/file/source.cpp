@@ -1,6 +1,8 @@
 #include "api/formats/file/source.h"
 
+#ifdef __linux__
 #include <sys/mman.h>
+#endif
 
 #include <algorithm>
 #include <limits>
@@ -52,11 +54,13 @@ std::size_t vertex_limit(const Source& source) {
 }
 
 std::size_t expansion_limit(std::size_t compressed_bytes, const ReadLimits& limits) {
-  constexpr std::size_t kFreeOfRatio = std::size_t{64} << 20U;
-  constexpr std::size_t kMostRatio = 200;
+  constexpr std::uint64_t kFreeOfRatio = std::uint64_t{64} << 20U;
+  constexpr std::uint64_t kMostRatio = 200;
+  constexpr std::uint64_t kMostOfArray = std::numeric_limits<std::ptrdiff_t>::max();  // less than 4 GiB on 32 bits
   // min() keeps the product within 64 bits.
-  const std::size_t by_ratio = kMostRatio * std::min(compressed_bytes, kFreeOfRatio * kMostRatio);
-  return std::min(limits.max_expanded_bytes, std::max(kFreeOfRatio, by_ratio));
+  const std::uint64_t by_ratio = kMostRatio * std::min<std::uint64_t>(compressed_bytes, kFreeOfRatio * kMostRatio);
+  const std::uint64_t allowed = std::min(limits.max_expanded_bytes, std::max(kFreeOfRatio, by_ratio));
+  return static_cast<std::size_t>(std::min(allowed, kMostOfArray));
 }
 
 Error expands_too_far(std::string_view part, std::size_t limit, std::size_t compressed_bytes, std::string_view kind) {
@@ -99,7 +103,9 @@ void advise_huge_pages(void* block, std::size_t bytes) {
   constexpr std::size_t kHugePage = std::size_t{2} << 20U;
   constexpr std::size_t kPage = 4096;
   if (bytes < 2 * kHugePage || std::align(kPage, kPage, block, bytes) == nullptr) return;
+#ifdef __linux__
   static_cast<void>(madvise(block, bytes / kPage * kPage, MADV_HUGEPAGE));
+#endif
 }
 
 }  // namespace meshgauge::api

@@ -51,7 +51,7 @@ Result<Done> add_set(const GltfFile& file, const GltfShape& shape, const std::ve
                   "vertex " + std::to_string(i) + " names joint " + std::to_string(joints[i][k]) +
                       ", but the skin has " + std::to_string(transforms.size()));
       }
-      sums.positions[i] += weight * (transforms[joints[i][k]] * positions[i]);
+      sums.positions[i] += weight * transforms[joints[i][k]](positions[i]);
       sums.weights[i] += weight;
     }
   }
@@ -110,8 +110,7 @@ Result<GltfDeformer::Transforms> GltfDeformer::make_joints(std::size_t index) {
     if (!((inverse[j].row(3) - last).cwiseAbs().maxCoeff() <= kRowTolerance)) {
       return file_.fail(where, "the last row of inverse bind matrix " + std::to_string(j) + " must be 0 0 0 1");
     }
-    inverse[j].row(3) = last;
-    out.push_back(*world * GltfTransform(inverse[j]));
+    out.push_back(composed(*world, {inverse[j].topLeftCorner<3, 3>(), inverse[j].topRightCorner<3, 1>()}));
   }
   return out;
 }

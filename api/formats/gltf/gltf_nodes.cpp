@@ -1,39 +1,48 @@
 #include "api/formats/gltf/gltf_nodes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include <Eigen/Geometry>
 
 namespace meshgauge::api {
 namespace {
 
-// Normalises a quaternion, which files store rounded to float. nullopt: its length is 0 or not finite.
-std::optional<Eigen::Quaterniond> rotation_of(const Eigen::Vector4d& xyzw) {
-  const Eigen::Quaterniond rotation(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
-  if (!(rotation.norm() > 0x1p-500) || !(rotation.norm() < 0x1p500)) return std::nullopt;
-  return rotation.normalized();
+// Returns the rotation by a quaternion, normalised since files store it rounded to float. nullopt: its length is 0 or
+// not finite.
+std::optional<Eigen::Matrix3d> rotation_of(const Eigen::Vector4d& xyzw) {
+  const auto square = [&](int k) { return xyzw[k] * xyzw[k]; };
+  const double length = std::sqrt((square(0) + square(2)) + (square(1) + square(3)));
+  if (!(length > 0x1p-500) || !(length < 0x1p500)) return std::nullopt;
+  const Eigen::Vector4d unit = xyzw / length;
+  return Eigen::Quaterniond(unit[3], unit[0], unit[1], unit[2]).toRotationMatrix();
+}
+
+void scale_by(const Vec3& factors, GltfTransform& transform) {
+  for (int k = 0; k < 3; ++k) transform.linear.col(k) *= factors[k];
 }
 
 }  // namespace
 
 Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t index) {
   const tinygltf::Node& node = file.model.nodes[index];
-  GltfTransform out = GltfTransform::Identity();
+  GltfTransform out;
   if (!node.matrix.empty()) {
     const Eigen::Map<const Eigen::Matrix4d> matrix(node.matrix.data());
     if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
       return file.fail(gltf_item("nodes", index) + ".matrix", "the last row must be 0 0 0 1");
     }
-    out.matrix() = matrix;
-    return out;
+    return GltfTransform{matrix.topLeftCorner<3, 3>(), matrix.topRightCorner<3, 1>()};
   }
-  if (!node.translation.empty()) out.translate(Vec3(node.translation.data()));
+  if (!node.translation.empty()) out.translation = Vec3(node.translation.data());
   if (!node.rotation.empty()) {
     const auto rotation = rotation_of(Eigen::Vector4d(node.rotation.data()));
     if (!rotation)
       return file.fail(gltf_item("nodes", index) + ".rotation", "a quaternion of length zero or too large");
-    out.rotate(*rotation);
+    out.linear = *rotation;
   }
-  if (!node.scale.empty()) out.scale(Vec3(node.scale.data()));
+  if (!node.scale.empty()) scale_by(Vec3(node.scale.data()), out);
   return out;
 }
 
@@ -50,7 +59,7 @@ Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::siz
     }
   }
   // Without these attributes all instances lie at the node, so one of them is the whole surface.
-  if (!is_placed) return std::vector{GltfTransform(GltfTransform::Identity())};
+  if (!is_placed) return std::vector<GltfTransform>(1);
   std::vector<Vec3> translations;
   std::vector<Vec3> scales;
   std::vector<Eigen::Vector4d> rotations;
@@ -69,16 +78,16 @@ Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::siz
                            (!instancing.scale || scales.size() == count) &&
                            (!instancing.rotation || rotations.size() == count);
   if (!same_counts) return file.fail(where, "its attributes have different counts");
-  std::vector<GltfTransform> out(count, GltfTransform::Identity());
+  std::vector<GltfTransform> out(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!translations.empty()) out[i].translate(translations[i]);
+    if (!translations.empty()) out[i].translation = translations[i];
     if (!rotations.empty()) {
       const auto rotation = rotation_of(rotations[i]);
       if (!rotation)
         return file.fail(where, "instance " + std::to_string(i) + " has a quaternion of length zero or too large");
-      out[i].rotate(*rotation);
+      out[i].linear = *rotation;
     }
-    if (!scales.empty()) out[i].scale(scales[i]);
+    if (!scales.empty()) scale_by(scales[i], out[i]);
   }
   return out;
 }
@@ -114,7 +123,7 @@ Result<GltfTransform> GltfWorld::of(std::size_t node) {
     const std::size_t at = unknown.back();
     const auto local = gltf_local_transform(file_, at);
     if (!local) return local.error();
-    known_[at] = parents_[at] ? *known_[*parents_[at]] * *local : *local;
+    known_[at] = parents_[at] ? composed(*known_[*parents_[at]], *local) : *local;
   }
   return *known_[node];
 }

@@ -4,13 +4,12 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Geometry>
-
+#include "api/formats/file/affine_map.h"
 #include "api/formats/gltf/gltf_file.h"
 
 namespace meshgauge::api {
 
-using GltfTransform = Eigen::Affine3d;
+using GltfTransform = AffineMap;
 
 // Returns the transform from a node to its parent.
 Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t index);

@@ -166,7 +166,7 @@ Result<ReadMesh> Scene::read() {
   out_.notes.unit = LengthUnit::meter;  // glTF 2.0, section 3.4
   const auto top = roots();
   if (!top) return top.error();
-  if (auto ok = push(*top, "the scene", GltfTransform::Identity(), false); !ok) return std::move(ok).error();
+  if (auto ok = push(*top, "the scene", GltfTransform(), false); !ok) return std::move(ok).error();
   while (!stack_.empty()) {
     const Visit next = stack_.back();
     stack_.pop_back();
@@ -202,7 +202,7 @@ Result<Done> Scene::visit(const Visit& visit) {
   if (is_group_name(node.name)) stack_.push_back({visit.node, visit.parent, false, out_.mesh.triangles.size()});
   const auto local = gltf_local_transform(file_, visit.node);
   if (!local) return local.error();
-  const GltfTransform to_world = visit.parent * *local;
+  const GltfTransform to_world = composed(visit.parent, *local);
   const bool hidden = visit.hidden || file_.document.hidden.contains(visit.node);
   if (node.mesh >= 0) {
     if (auto ok = node_mesh(visit.node, to_world, hidden); !ok) return ok;
@@ -244,7 +244,7 @@ Result<Done> Scene::instances(std::size_t node, const GltfInstancing& instancing
   counts_.instances += transforms->size();
   const auto mesh_index = static_cast<std::size_t>(file_.model.nodes[node].mesh);
   for (const GltfTransform& instance : *transforms) {
-    const Placing placed{placing.to_world * instance, std::nullopt, placing.weights};
+    const Placing placed{composed(placing.to_world, instance), std::nullopt, placing.weights};
     if (auto ok = mesh(mesh_index, placed); !ok) return ok;
   }
   return Done{};
@@ -341,7 +341,7 @@ Result<std::uint32_t> Scene::place_vertices(const GltfShape& shape, std::size_t 
   if (local->size() > limit - world.size()) return too_many(file_.source, "vertices", limit);
   const auto first = static_cast<std::uint32_t>(world.size());
   if (!placing.skin) {
-    for (Vec3& p : *local) p = placing.to_world * p;
+    for (Vec3& p : *local) p = placing.to_world(p);
   }
   if (world.empty()) {
     world = *std::move(local);

@@ -6,7 +6,11 @@
 namespace meshgauge::api {
 namespace {
 
-double length(const Point2& a, const Point2& b) { return std::hypot(b.x - a.x, b.y - a.y); }
+// Not std::hypot, whose last digit differs from library to library. Coordinates are at most 2^500; 0 below 2^-538.
+double length(const Point2& a, const Point2& b) {
+  const double x = b.x - a.x, y = b.y - a.y;
+  return std::sqrt(x * x + y * y);
+}
 
 // Returns the distance of p from the line through a and b, or from a if a = b. Not exact: only for choosing corners.
 double height(const Point2& a, const Point2& b, const Point2& p) {

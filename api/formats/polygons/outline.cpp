@@ -156,7 +156,9 @@ bool crosses_itself(std::span<const Point2> outline, StepBudget& budget) {
   std::vector<Edge> edges;
   edges.reserve(n);
   for (std::size_t i = 0; i < n; ++i) edges.push_back({outline[i], outline[i + 1 == n ? 0 : i + 1]});
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.low_x() < b.low_x(); });
+  // Stable, so that equal edges come in the same order everywhere: the budget counts the pairs up to the first
+  // crossing.
+  std::stable_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.low_x() < b.low_x(); });
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n && edges[j].low_x() <= edges[i].high_x(); ++j) {
       const bool near = may_cross(edges[i], edges[j]);

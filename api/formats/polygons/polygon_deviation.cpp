@@ -21,13 +21,13 @@ double extent_of(std::span<const Vec3> corners) {
   return extent;
 }
 
-double distance(const PreparedTriangle& triangle, const Vec3& p) { return (closest_point(triangle, p) - p).norm(); }
+double distance(const PreparedTriangle& triangle, const Vec3& p) { return norm(closest_point(triangle, p) - p); }
 
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 ab = b - a;
-  const double length_sq = ab.squaredNorm();
-  const double along = length_sq > 0 ? std::clamp((p - a).dot(ab) / length_sq, 0.0, 1.0) : 0;
-  return (a + along * ab - p).norm();
+  const double length_sq = squared_norm(ab);
+  const double along = length_sq > 0 ? std::clamp(dot(p - a, ab) / length_sq, 0.0, 1.0) : 0;
+  return norm(a + along * ab - p);
 }
 
 // Bounds the largest distance of a point on ac from the triangles abd and bcd (D3). Precondition: coordinates of at
@@ -45,16 +45,16 @@ double farthest_on_diagonal(const Vec3& a, const Vec3& b, const Vec3& c, const V
   return std::min(from_a, from_c) + rounding::kDistanceSlack;
 }
 
-double area(const Vec3& a, const Vec3& b, const Vec3& c) { return (b - a).cross(c - a).norm() / 2; }
+double area(const Vec3& a, const Vec3& b, const Vec3& c) { return norm((b - a).cross(c - a)) / 2; }
 
 // A face seen along its normal.
 class View {
  public:
-  View(std::span<const Vec3> corners, const Vec3& normal) : corners_(corners), normal_(normal.normalized()) {
+  View(std::span<const Vec3> corners, const Vec3& normal) : corners_(corners), normal_(normalized(normal)) {
     Eigen::Index least = 0;
     normal_.cwiseAbs().minCoeff(&least);
-    const Vec3 right = normal_.cross(Vec3::Unit(least)).normalized(), up = normal_.cross(right);
-    for (const Vec3& p : corners) outline_.push_back({(p - corners[0]).dot(right), (p - corners[0]).dot(up)});
+    const Vec3 right = normalized(normal_.cross(Vec3::Unit(least))), up = normal_.cross(right);
+    for (const Vec3& p : corners) outline_.push_back({dot(p - corners[0], right), dot(p - corners[0], up)});
     side_ = area_sign(outline_) < 0 ? -1 : 1;
   }
 
@@ -106,7 +106,7 @@ double View::crossing(std::size_t i, std::size_t j, std::size_t k, std::size_t l
   if (!(to_j * to_l < 0 && to_i * to_k < 0)) return 0;
   const Vec3 on_first = corners_[i] + to_i / (to_i - to_k) * (corners_[k] - corners_[i]);
   const Vec3 on_second = corners_[j] + to_j / (to_j - to_l) * (corners_[l] - corners_[j]);
-  if (std::abs((on_first - on_second).dot(normal_)) <= above) return 0;
+  if (std::abs(dot(on_first - on_second, normal_)) <= above) return 0;
   return std::max(distance_to_segment(on_first, corners_[j], corners_[l]),
                   distance_to_segment(on_second, corners_[i], corners_[k]));
 }
@@ -139,23 +139,23 @@ double thickness(std::span<const Vec3> corners, const Vec3& normal) {
   double low = 0, high = 0, magnitude = 0;
   for (const Vec3& p : corners) {
     const Vec3 from_first = p - corners[0];
-    const double height = from_first.dot(normal);
+    const double height = dot(from_first, normal);
     low = std::min(low, height);
     high = std::max(high, height);
-    magnitude = std::max(magnitude, from_first.cwiseAbs().dot(normal.cwiseAbs()));
+    magnitude = std::max(magnitude, dot(from_first.cwiseAbs(), normal.cwiseAbs()));
   }
-  return ((high - low) + 0x1p-48 * magnitude) / normal.norm() * kRelative;
+  return ((high - low) + 0x1p-48 * magnitude) / norm(normal) * kRelative;
 }
 
 double deviation_along_axis(std::span<const Vec3> corners, const Vec3& normal) {
-  return thickness(corners, normal) * normal.norm() / normal.cwiseAbs().maxCoeff() * kRelative;
+  return thickness(corners, normal) * norm(normal) / normal.cwiseAbs().maxCoeff() * kRelative;
 }
 
 bool diagonals_cross(const std::array<Vec3, 4>& corners) {
   const auto& [a, b, c, d] = corners;
   const Vec3 normal = (c - a).cross(d - b);
-  const double normal_sq = normal.squaredNorm();
-  const double on_ac = (b - a).cross(d - b).dot(normal), on_bd = (b - a).cross(c - a).dot(normal);
+  const double normal_sq = squared_norm(normal);
+  const double on_ac = dot((b - a).cross(d - b), normal), on_bd = dot((b - a).cross(c - a), normal);
   return on_ac > 0 && on_ac < normal_sq && on_bd > 0 && on_bd < normal_sq;
 }
 
@@ -167,7 +167,7 @@ double quad_deviation(const std::array<Vec3, 4>& corners, double of_interest, St
     const double apart = thickness(corners, normal);
     if (apart <= of_interest) return apart;
     const double smaller_area = std::min(area(a, b, c) + area(a, c, d), area(a, b, d) + area(b, c, d));
-    if (smaller_area < 0.95 * normal.norm()) return apart;
+    if (smaller_area < 0.95 * norm(normal)) return apart;
   }
   if (!budget.spend(kBisectionSteps)) return deviation_along_axis(corners, normal);
   const double extent = extent_of(corners);

@@ -109,7 +109,7 @@ bool Splitter::split_plain_quad(const Triangle* triangles) {
   const std::vector<Vec3>& at = mesh_.positions;
   const Vec3 &a = at[triangles[0][0]], &b = at[triangles[0][1]], &c = at[triangles[0][2]], &d = at[triangles[1][2]];
   const Vec3 normal = (c - a).cross(d - b);
-  const double normal_sq = normal.squaredNorm();
+  const double normal_sq = squared_norm(normal);
   constexpr double kSmallest = 0x1p-400, kLargest = 0x1p400;
   if (!(normal_sq > kSmallest && normal_sq < kLargest)) return false;
   const Eigen::Index axis = largest_axis(normal);
@@ -119,7 +119,7 @@ bool Splitter::split_plain_quad(const Triangle* triangles) {
   // The thickness times the normal's length: how far apart the diagonals are along the normal. Along the axis it bounds
   // the deviation (D1).
   const Vec3 ab = b - a;
-  const double height = std::abs(ab.dot(normal)) + 0x1p-48 * ab.cwiseAbs().dot(normal.cwiseAbs());
+  const double height = std::abs(dot(ab, normal)) + 0x1p-48 * dot(ab.cwiseAbs(), normal.cwiseAbs());
   if (height == 0) return true;
   const double largest = a.cwiseAbs().cwiseMax(b.cwiseAbs()).cwiseMax(c.cwiseAbs()).cwiseMax(d.cwiseAbs()).maxCoeff();
   const double planar = kPlanarThickness * largest;

@@ -414,7 +414,8 @@ template <class Values>
 std::uint64_t BodyReader<Values>::take_plain_triangles(const PlainFaces& faces, std::uint64_t most) {
   std::vector<Triangle>& triangles = out_.mesh.triangles;
   if (triangles.size() >= source_.limits.max_triangles) return 0;
-  most = std::min({most, values_.remaining() / faces.triangle_bytes, source_.limits.max_triangles - triangles.size()});
+  most = std::min<std::uint64_t>(
+      {most, values_.remaining() / faces.triangle_bytes, source_.limits.max_triangles - triangles.size()});
   const std::uint64_t read = read_triangles(values_.place(), faces, most, layout_.vertex->count, triangles);
   if (read > 0) values_.advance(read * faces.triangle_bytes, faces.last_bytes);
   return read;

@@ -15,7 +15,7 @@
 namespace meshgauge::api {
 namespace {
 
-using Transform = std::optional<Eigen::Affine3d>;
+using Transform = std::optional<AffineMap>;
 
 constexpr int kDeepestComponent = 64;
 constexpr std::size_t kMostPlaced = 1'000'000;
@@ -82,7 +82,7 @@ Result<MfDocument> read_models(const Source& source, ZipArchive& archive, std::s
 
 Transform combined(const Transform& outer, const Transform& inner) {
   if (!outer) return inner;
-  return inner ? Transform(*outer * *inner) : outer;
+  return inner ? Transform(composed(*outer, *inner)) : outer;
 }
 
 // Copies the objects that the build places into one mesh.
@@ -183,7 +183,7 @@ Result<Done> Placer::copy(const MfKey& key, const MfObject& object, const Transf
   reserve_more(triangles, printed->size());
   for (std::size_t i = 0; i < object.vertices; ++i) {
     const Vec3& local = document_.positions[object.first_vertex + i];
-    positions.push_back(to_world ? Vec3(*to_world * local) : local);
+    positions.push_back(to_world ? (*to_world)(local) : local);
   }
   for (const Triangle& local : *printed) {
     triangles.push_back({first + local[0], first + local[1], first + local[2]});

@@ -1,5 +1,6 @@
 #include "api/formats/three_mf/three_mf_attributes.h"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -30,14 +31,14 @@ bool read_natural(const char* text, std::int64_t& value) {
   return is_whole(parse_integer(skip_spaces(text, end), end, value), end) && value >= 0;
 }
 
-std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::Affine3d>& transform) {
+std::optional<XmlDefect> read_transform(const char* text, std::optional<AffineMap>& transform) {
   if (text == nullptr) return std::nullopt;
   const char* const end = text + std::strlen(text);
   const char* p = text;
-  Eigen::Matrix<double, 3, 4> columns;
-  for (int k = 0; k < 12; ++k) {
+  std::array<double, 12> columns;
+  for (std::size_t k = 0; k < columns.size(); ++k) {
     p = skip_spaces(p, end);
-    double& number = columns(k % 3, k / 3);
+    double& number = columns[k];
     const char* const next = parse_number(p, end, number);
     if (next == nullptr || !std::isfinite(number) || (next != end && !is_space(*next))) {
       return malformed_xml("the transform " + in_quotes(text) + " must have twelve finite numbers");
@@ -45,8 +46,7 @@ std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::A
     p = next;
   }
   if (!is_whole(p, end)) return malformed_xml("the transform " + in_quotes(text) + " has more than twelve numbers");
-  transform.emplace().affine() = columns;
-  transform->makeAffine();
+  transform = AffineMap{Eigen::Matrix3d(columns.data()), Vec3(columns.data() + 9)};
   return std::nullopt;
 }
 

@@ -5,8 +5,7 @@
 #include <optional>
 #include <string>
 
-#include <Eigen/Geometry>
-
+#include "api/formats/file/affine_map.h"
 #include "api/formats/three_mf/xml.h"
 
 namespace meshgauge::api {
@@ -20,7 +19,7 @@ std::optional<XmlDefect> read_coordinate(const char* text, double& value);
 bool read_natural(const char* text, std::int64_t& value);
 
 // Reads twelve finite numbers, row by row of a matrix for row vectors. Sets nullopt without the attribute (nullptr).
-std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::Affine3d>& transform);
+std::optional<XmlDefect> read_transform(const char* text, std::optional<AffineMap>& transform);
 
 // Reads the type of an object. Printed are "model", which is also the default (nullptr), and "surface"; not printed are
 // "support", "solidsupport" and "other".

@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Geometry>
-
+#include "api/formats/file/affine_map.h"
 #include "api/formats/file/source.h"
 #include "api/formats/file/zip.h"
 
@@ -20,7 +19,7 @@ namespace meshgauge::api {
 struct MfPlacement {
   std::size_t part = 0;  // index into MfDocument::parts
   std::uint32_t object = 0;
-  std::optional<Eigen::Affine3d> transform;
+  std::optional<AffineMap> transform;
   bool printed = true;  // false: an item marked as not printable
 };
 

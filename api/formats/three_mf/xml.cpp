@@ -14,7 +14,12 @@
 #include <utility>
 
 #include <expat.h>
+
+#ifdef __APPLE__
+#include <malloc/malloc.h>
+#else
 #include <malloc.h>
+#endif
 
 namespace meshgauge::api {
 namespace {
@@ -136,24 +141,30 @@ constexpr std::size_t kMostHeld = std::size_t{64} << 20U;
 // Bytes held by the parser of this thread; there is one at a time.
 thread_local std::size_t held = 0;
 
+#ifdef __APPLE__
+std::size_t usable_bytes(void* block) { return malloc_size(block); }
+#else
+std::size_t usable_bytes(void* block) { return malloc_usable_size(block); }
+#endif
+
 bool may_take(std::size_t bytes) { return held <= kMostHeld && bytes <= kMostHeld - held; }
 
 void* counted_malloc(std::size_t bytes) {
   void* block = may_take(bytes) ? std::malloc(bytes) : nullptr;
-  if (block != nullptr) held += malloc_usable_size(block);
+  if (block != nullptr) held += usable_bytes(block);
   return block;
 }
 
 void counted_free(void* block) {
-  if (block != nullptr) held -= malloc_usable_size(block);
+  if (block != nullptr) held -= usable_bytes(block);
   std::free(block);
 }
 
 void* counted_realloc(void* block, std::size_t bytes) {
-  const std::size_t before = block == nullptr ? 0 : malloc_usable_size(block);
+  const std::size_t before = block == nullptr ? 0 : usable_bytes(block);
   if (bytes > before && !may_take(bytes - before)) return nullptr;
   void* moved = std::realloc(block, bytes);
-  if (moved != nullptr) held += malloc_usable_size(moved) - before;
+  if (moved != nullptr) held += usable_bytes(moved) - before;
   return moved;
 }
 

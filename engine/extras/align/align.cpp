@@ -9,10 +9,10 @@
 #include <random>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "engine/extras/align/arithmetic.h"
 #include "engine/extras/statistics/surface_sampler.h"
 #include "engine/kernels/kernels.h"
 #include "engine/thread_pool.h"
@@ -20,9 +20,6 @@
 
 namespace meshgauge {
 namespace {
-
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr std::size_t kSamples = 8192;
 constexpr std::size_t kStride = 16;  // of the samples, those of a coarse search
@@ -97,7 +94,7 @@ std::vector<RigidMotion::Matrix> cube_rotations() {
 
 // Sample p goes to turn * (p - centre) + centre + shift; `centre` is that of the samples.
 struct Pose {
-  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  Turn turn = Turn::Identity();
   Vec3 shift = Vec3::Zero();
 };
 
@@ -122,7 +119,7 @@ Vec3 direction_of(const Vec3& offset, const Nearest& found, const Bvh& tree) {
   if (found.distance > kOnSurface) return offset / found.distance;
   const PreparedTriangle triangle = tree.prepared(found.slot);
   const Vec3 normal = triangle.e1.cross(triangle.e2);
-  return normal.dot(offset) < 0 ? Vec3(-normal) : normal;
+  return dot(normal, offset) < 0 ? Vec3(-normal) : normal;
 }
 
 // Fits samples to a tree, in its frame.
@@ -183,8 +180,13 @@ double Fitting::residual(const Pose& pose, std::size_t stride) {
       std::max<std::size_t>(1, static_cast<std::size_t>(overlap_ * static_cast<double>(distances.size())));
   std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(kept - 1), distances.end());
   farthest_ = distances[kept - 1];
+  // In the order of the samples: nth_element() leaves open in which order those below the farthest are.
   double sum = 0;
-  for (std::size_t i = 0; i < kept; ++i) sum += distances[i] * distances[i];
+  std::size_t nearer = 0;
+  for (const Sample& sample : tried_) {
+    if (sample.distance < farthest_) sum += sample.distance * sample.distance, ++nearer;
+  }
+  sum += static_cast<double>(kept - nearer) * (farthest_ * farthest_);
   return std::sqrt(sum / static_cast<double>(kept));
 }
 
@@ -201,15 +203,10 @@ Pose Fitting::step(const Pose& from, double damping) const {
     velocity << 0, sample.arm.z(), -sample.arm.y(), 1, 0, 0,  //
         -sample.arm.z(), 0, sample.arm.x(), 0, 1, 0,          //
         sample.arm.y(), -sample.arm.x(), 0, 0, 0, 1;
-    a += damping * velocity.transpose() * velocity;
+    for (int k = 0; k < 3; ++k) a += damping * velocity.row(k).transpose() * velocity.row(k);
   }
-  const Vec6 x = a.ldlt().solve(b);
-  const Vec3 turn = x.head<3>();
-  const double angle = turn.norm();
-  Pose to = from;
-  if (angle > 0) to.turn = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) * from.turn).normalized();
-  to.shift += x.tail<3>();
-  return to;
+  const Vec6 x = solve(a, b);
+  return {composed(turn_by(x.head<3>()), from.turn), from.shift + x.tail<3>()};
 }
 
 // The surface may slide along the other one, as a sphere does: there each step gains a little, for long.
@@ -249,7 +246,7 @@ std::vector<Pose> poses_around(const Pose& pose, const Principal& principal, dou
   for (int k = 0; k < 3; ++k) {
     const Vec3 axis = principal.axes.col(k);
     for (const double part : {-2 * reach, -reach, reach, 2 * reach})
-      poses.push_back({pose.turn * Eigen::Quaterniond(Eigen::AngleAxisd(part * kTurnAround, axis)), pose.shift});
+      poses.push_back({composed(pose.turn, turn_by(part * kTurnAround * axis)), pose.shift});
     for (const double part : {-reach, reach})
       poses.push_back({pose.turn, pose.shift + part * kShiftAlong * principal.spread[k] * (pose.turn * axis)});
   }
@@ -262,7 +259,7 @@ std::vector<Pose> poses_of_axes(const std::vector<Vec3>& samples, const std::vec
   const RigidMotion::Matrix axes_from = principal_of(samples, from).axes, axes_to = principal_of(fixed, to).axes;
   std::vector<Pose> poses;
   for (const RigidMotion::Matrix& turn : cube_rotations()) {
-    poses.push_back({Eigen::Quaterniond(RigidMotion::Matrix(axes_to * turn * axes_from.transpose())), to - from});
+    poses.push_back({Turn(product(product(axes_to, turn), axes_from.transpose())), to - from});
   }
   return poses;
 }
@@ -310,7 +307,7 @@ std::optional<Fitted> search(Fitting& fitting, std::vector<Pose> starts, const P
 RigidMotion motion_of(const Pose& pose, const Vec3& centre, const Frame& frame, const RigidMotion& start) {
   const RigidMotion::Matrix turn = pose.turn.toRotationMatrix();
   const Vec3 about = frame.from_frame(centre), to = frame.from_frame(centre + pose.shift);
-  return {nearest_rotation(turn * start.rotation), turn * (start.translation - about) + to};
+  return {nearest_rotation(product(turn, start.rotation)), product(turn, start.translation - about) + to};
 }
 
 std::optional<Alignment> align_samples(const Prepared& moving, const Prepared& fixed, const AlignOptions& options,

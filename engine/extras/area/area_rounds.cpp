@@ -22,6 +22,13 @@ constexpr double kLeastChosenShare = 0.05;
 constexpr double kGain = 0.5;                // of the contribution of a part, which refining it mostly removes
 constexpr std::size_t kMostOfTriangle = 64;  // parts that a triangle is refined to by foresight
 
+// Returns 2^(quarters / 4), rounded to nearest. Not std::exp2, whose last digit differs from library to library.
+double power_of_quarters(int quarters) {
+  constexpr std::array<double, 4> kPowers{1, 0x1.306fe0a31b715p0, 0x1.6a09e667f3bcdp0, 0x1.ae89f995ad3adp0};
+  const int whole = quarters >> 2;  // towards -infinity
+  return std::ldexp(kPowers[static_cast<std::size_t>(quarters - 4 * whole)], whole);
+}
+
 }  // namespace
 
 // What comes of a part.
@@ -121,7 +128,7 @@ std::vector<std::uint32_t> AreaSearch::choose(const Demand& demand) {
     sum += wanted[i];
   });
   refined_ += chosen.size();
-  least_chosen_ = area_.weight * std::exp2((kBinOfOne - last) / 4.0);
+  least_chosen_ = area_.weight * power_of_quarters(kBinOfOne - last);
   return chosen;
 }
 

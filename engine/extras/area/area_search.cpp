@@ -43,8 +43,8 @@ AreaInterval intersection(const AreaInterval& a, const AreaInterval& b) {
 bool is_apart(const std::array<Corner, 3>& corners) {
   const auto& [a, b, c] = corners;
   const double nearest = std::min({a.distance, b.distance, c.distance});
-  const double size = std::max(
-      {(a.point - b.point).squaredNorm(), (b.point - c.point).squaredNorm(), (c.point - a.point).squaredNorm()});
+  const double size =
+      std::max({squared_norm(a.point - b.point), squared_norm(b.point - c.point), squared_norm(c.point - a.point)});
   return nearest * nearest > kApart * kApart * size;
 }
 

@@ -19,7 +19,7 @@ constexpr double kGoodEnough = 0x1p-10;    // of the sum of the values, which ma
 constexpr std::uint64_t kTestsOfOne = 8;   // a triangle takes as long as so many of a query's tests
 
 std::optional<Vec3> direction_of(const Vec3& v) {
-  const double length = v.norm();
+  const double length = norm(v);
   if (!(length > kLeastLength)) return std::nullopt;
   return v / length;
 }
@@ -33,7 +33,7 @@ class Minorant {
       centre_ += points[i].point;
     }
     centre_ /= static_cast<double>(size());
-    for (const MinorantPoint& p : points) radius_ = std::max(radius_, (p.point - centre_).norm());
+    for (const MinorantPoint& p : points) radius_ = std::max(radius_, norm(p.point - centre_));
     radius_ += rounding::kDistanceSlack;
     for (int k = 0; k < 3; ++k) probe_.centre[k] = centre_[k];
     add_shared_directions();
@@ -59,7 +59,7 @@ class Minorant {
     const Vec3 from = centre_ - closest_point(triangle, centre_);
     if (attempt(from, corners, best)) return share(from);
     Vec3 normal = triangle.e1.cross(triangle.e2);
-    if (normal.dot(from) < 0) normal = -normal;
+    if (dot(normal, from) < 0) normal = -normal;
     if (attempt(normal, corners, best)) return share(normal);
     for (std::size_t d = 0; d < probe_.directions; ++d) {
       if (attempt(shared_[d].heights, top_of(corners, shared_[d].n), best)) return;
@@ -114,7 +114,7 @@ class Minorant {
       away += points_[i].point - closest_point(owner, points_[i].point);
       if (owners < kMostOwners && is_first_of_slot(i)) normals[owners++] = owner.e1.cross(owner.e2);
     }
-    const auto add_towards = [&](const Vec3& v) { add_direction(v.dot(away) < 0 ? Vec3(-v) : v); };
+    const auto add_towards = [&](const Vec3& v) { add_direction(dot(v, away) < 0 ? Vec3(-v) : v); };
     for (std::size_t i = 0; i < owners; ++i) add_towards(normals[i]);
     add_direction(away);
     const Vec3& first = points_[0].point;
@@ -137,12 +137,12 @@ class Minorant {
 
   Values heights(const Vec3& n) const {
     Values found;
-    for (std::size_t i = 0; i < size(); ++i) found[i] = points_[i].point.dot(n);
+    for (std::size_t i = 0; i < size(); ++i) found[i] = dot(points_[i].point, n);
     return found;
   }
 
   static double top_of(const std::array<Vec3, 3>& corners, const Vec3& n) {
-    return std::max({corners[0].dot(n), corners[1].dot(n), corners[2].dot(n)});
+    return std::max({dot(corners[0], n), dot(corners[1], n), dot(corners[2], n)});
   }
 
   bool attempt(const Vec3& v, const std::array<Vec3, 3>& corners, Best& best) const {

@@ -27,7 +27,7 @@ PartCut longest_edge(const std::array<Corner, 3>& corners) {
   double longest = -1;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
-    const double length = (corners[i].point - corners[j].point).squaredNorm();
+    const double length = squared_norm(corners[i].point - corners[j].point);
     if (length > longest) longest = length, best = {i, j, (i + 2) % 3};
   }
   return best;
@@ -35,7 +35,7 @@ PartCut longest_edge(const std::array<Corner, 3>& corners) {
 
 double longest(const std::array<Corner, 3>& corners) {
   const PartCut edge = longest_edge(corners);
-  return (corners[edge.a].point - corners[edge.b].point).norm();
+  return norm(corners[edge.a].point - corners[edge.b].point);
 }
 
 Vec3 point_of(const PreparedTriangle& frame, const Vec2& at) { return frame.a + at.x() * frame.e1 + at.y() * frame.e2; }
@@ -122,8 +122,8 @@ void PartBounder::tighten_by_overlay(const Part& part, Linear& high, Work& work)
   const Vec3 x = b.point - a.point, y = c.point - a.point, normal = x.cross(y);
   Overlay::Base base{a.point, a.distance};
   base.slope = ((b.distance - a.distance) * y.cross(normal) + (c.distance - a.distance) * normal.cross(x)) /
-               normal.squaredNorm();
-  if (!(base.slope.squaredNorm() <= Overlay::kMostSlope * Overlay::kMostSlope)) return;  // or not a number
+               squared_norm(normal);
+  if (!(squared_norm(base.slope) <= Overlay::kMostSlope * Overlay::kMostSlope)) return;  // or not a number
   Piece piece;
   piece.corners = part.corners;
   const auto attempt = overlay_.attempt(piece, std::array{a.slot, b.slot, c.slot}, room, kMaxVisits, work, &base);
@@ -174,7 +174,7 @@ PartCut PartBounder::cut_of(const Part& part) const {
   if (part.depth > kDeepest) return longest_edge(part.corners);
   std::array<std::pair<double, std::size_t>, 3> edges;
   for (std::size_t i = 0; i < 3; ++i) {
-    edges[i] = {(part.corners[(i + 1) % 3].point - part.corners[i].point).norm(), i};
+    edges[i] = {norm(part.corners[(i + 1) % 3].point - part.corners[i].point), i};
   }
   std::sort(edges.begin(), edges.end(), std::greater());
   for (const auto& [length, i] : edges) {
@@ -199,7 +199,7 @@ std::optional<double> PartBounder::crease(const Corner& a, const Corner& b, doub
     if (at < 0.5) owner = &of_b;
   }
   const Vec3 normal = owner->e1.cross(owner->e2);
-  const double above_a = (a.point - owner->a).dot(normal), above_b = (b.point - owner->a).dot(normal);
+  const double above_a = dot(a.point - owner->a, normal), above_b = dot(b.point - owner->a, normal);
   if (above_a * above_b >= 0) return std::nullopt;
   const double at = above_a / (above_a - above_b);
   if (!(at >= kLeast && at <= 1 - kLeast)) return std::nullopt;
@@ -262,12 +262,12 @@ double PartBounder::add_cell(const Part& part, const PreparedTriangle& frame, co
   std::array<double, Polygon::kMaxCorners> heights;
   double highest = 0, lowest = 0;
   for (std::size_t i = 0; i < polygon.size; ++i) {
-    heights[i] = (point_of(frame, polygon.corners[i]) - over.a).dot(normal);
+    heights[i] = dot(point_of(frame, polygon.corners[i]) - over.a, normal);
     highest = std::max(highest, heights[i]), lowest = std::min(lowest, heights[i]);
   }
   const auto add = [&](const Polygon& one) { return add_fan(part, frame, over, {cell.triangle, one}, whole, made); };
   const double lower = std::min(highest, -lowest), higher = std::max(highest, -lowest);
-  const bool is_flat = higher <= kLeastHeight * normal.norm() || lower < kLeastCrossing * higher;
+  const bool is_flat = higher <= kLeastHeight * norm(normal) || lower < kLeastCrossing * higher;
   if (is_flat || polygon.size > kMostDivided) return add(polygon);
   Polygon above, below;
   for (std::size_t i = 0; i < polygon.size; ++i) {

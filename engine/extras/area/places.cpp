@@ -21,7 +21,7 @@ constexpr std::size_t kBlocksATask = 4;
 constexpr std::size_t kWorthASweep = 16;  // the sweep looks at all blocks: one triangle of so many has to be unknown
 
 double gap_sq(const Box& a, const Box& b) {
-  return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0.0).squaredNorm();
+  return squared_norm((a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(0.0));
 }
 
 // Whether each triangle of B is surely farther than `limit` from the box: so are their boxes, or those around them

@@ -74,10 +74,10 @@ AreaWeights::AreaWeights(const OrderedMesh& mesh, double error) : mesh_(mesh.vie
 AreaWeights::Weight AreaWeights::of(std::size_t triangle) const {
   const Vec3 x = (mesh_.corner(triangle, 1) - mesh_.corner(triangle, 0)) * scale_;
   const Vec3 y = (mesh_.corner(triangle, 2) - mesh_.corner(triangle, 0)) * scale_;
-  const double lengths = x.norm() + y.norm();
+  const double lengths = norm(x) + norm(y);
   const double error =
-      rounding::kAreaSlack * (x.norm() * y.norm()) + (moved_ + rounding::kAreaOffset) * lengths + moved_ * moved_;
-  const double area = x.cross(y).norm();
+      rounding::kAreaSlack * (norm(x) * norm(y)) + (moved_ + rounding::kAreaOffset) * lengths + moved_ * moved_;
+  const double area = norm(x.cross(y));
   return {std::max(area - error, 0.0), 2 * (error + rounding::kAreaOffset * rounding::kAreaOffset)};
 }
 

@@ -62,7 +62,7 @@ class Sizes {
     if (widest_ == 0) return 0;
     const Vec3 e = scaled(t, 1) - scaled(t, 0), f = scaled(t, 2) - scaled(t, 0);
     const Vec3 cross(e.y() * f.z() - e.z() * f.y(), e.z() * f.x() - e.x() * f.z(), e.x() * f.y() - e.y() * f.x());
-    return cross.norm();
+    return norm(cross);
   }
 
   // Whether a is larger than b. A triangle with area is larger than one without, regardless of rounding.
@@ -272,7 +272,7 @@ class Clustering {
     for (std::uint32_t v = 0; v < cluster_of_.size(); ++v) {
       const std::uint32_t cluster = cluster_of_[v];
       if (cluster == kNone) continue;
-      const double distance_sq = (within(v) - mean[cluster] / members[cluster]).squaredNorm();
+      const double distance_sq = squared_norm(within(v) - mean[cluster] / members[cluster]);
       std::uint32_t& chosen = chosen_[cluster];
       const bool higher = chosen == kNone || rank_of(v) > rank_of(chosen);
       if (!higher && (rank_of(v) < rank_of(chosen) || distance_sq >= nearest_sq[cluster])) continue;

@@ -11,7 +11,7 @@ namespace {
 constexpr int kMostRounds = 64;  // each halves the longest edges; max_triangles ends it long before
 
 double length(const Mesh& mesh, std::uint32_t a, std::uint32_t b) {
-  return (mesh.positions[b] - mesh.positions[a]).stableNorm();
+  return scaled_norm(mesh.positions[b] - mesh.positions[a]);
 }
 
 double longest_edge(const Mesh& mesh) {

@@ -19,7 +19,7 @@ struct Corners {
   Vec3 a, b, c;  // ab is the longest edge
 
   Corners(const Vec3& p, const Vec3& q, const Vec3& r) : a(p), b(q), c(r) {
-    const double pq = (q - p).squaredNorm(), qr = (r - q).squaredNorm(), rp = (p - r).squaredNorm();
+    const double pq = squared_norm(q - p), qr = squared_norm(r - q), rp = squared_norm(p - r);
     if (qr >= pq && qr >= rp) {
       a = q, b = r, c = p;
     } else if (rp > pq) {
@@ -30,7 +30,7 @@ struct Corners {
 
 Corners corners_of(MeshView mesh, std::size_t t) { return {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)}; }
 
-double area_of(const Corners& t) { return is_degenerate(t.a, t.b, t.c) ? 0 : (t.b - t.a).cross(t.c - t.a).norm() / 2; }
+double area_of(const Corners& t) { return is_degenerate(t.a, t.b, t.c) ? 0 : norm((t.b - t.a).cross(t.c - t.a)) / 2; }
 
 // Returns the point at `place` in [0,1) of Sierpinski's curve, which goes from a to b by way of c: through the halves
 // on both sides of the line from c to the middle of ab, and so on in each. Both halves have the same area, so a uniform
@@ -58,7 +58,7 @@ SurfaceSampler::SurfaceSampler(MeshView mesh, std::size_t strata, Control& contr
     : mesh_(mesh), strata_(strata), ends_(mesh.triangles.size()) {
   if (measure(control, [](const Corners& t) { return area_of(t); })) {
     weight_ = Weight::area;
-  } else if (measure(control, [](const Corners& t) { return (t.b - t.a).norm(); })) {
+  } else if (measure(control, [](const Corners& t) { return norm(t.b - t.a); })) {
     weight_ = Weight::length;
   } else {
     measure(control, [](const Corners&) { return 1.0; });

@@ -21,7 +21,7 @@ namespace meshgauge {
 // Returns R: half of the longest edge if the angle opposite is obtuse or right, else the circumradius. The computed
 // value may be some units of rounding too small.
 inline double enclosing_radius(const Vec3& a, const Vec3& b, const Vec3& c) {
-  double x = (b - a).squaredNorm(), y = (c - b).squaredNorm(), z = (a - c).squaredNorm();
+  double x = squared_norm(b - a), y = squared_norm(c - b), z = squared_norm(a - c);
   if (x < y) std::swap(x, y);
   if (x < z) std::swap(x, z);
   if (x >= y + z) return 0.5 * std::sqrt(x);

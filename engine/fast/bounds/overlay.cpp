@@ -57,13 +57,13 @@ struct Overlay::View {
 
   Vec2 image_of(const Vec3& p) const {
     const Vec3 ap = p - frame.a;
-    return {ap.dot(frame.e1), ap.dot(frame.e2)};
+    return {dot(ap, frame.e1), dot(ap, frame.e2)};
   }
 
   Seen project(const Vec3& p) const {
     const Vec3 ap = p - frame.a;
-    const Vec2 at(ap.dot(frame.e1), ap.dot(frame.e2));
-    Seen seen{at, (ap - at.x() * frame.e1 - at.y() * frame.e2).squaredNorm(), 0};
+    const Vec2 at(dot(ap, frame.e1), dot(ap, frame.e2));
+    Seen seen{at, squared_norm(ap - at.x() * frame.e1 - at.y() * frame.e2), 0};
     for (unsigned i = 0; i < 3; ++i) {
       if (sides[i].surely_outside(at, kOffset)) seen.outside_of |= 1U << i;
     }
@@ -126,7 +126,7 @@ struct Overlay::View {
     work.triangle_tests += polygon.size;
     for (std::size_t i = 0; i < polygon.size; ++i) {
       const Vec3 p = point(polygon.corners[i]);
-      const double distance = (p - closest_point(triangle, p)).norm();
+      const double distance = norm(p - closest_point(triangle, p));
       farthest = std::max(farthest, base ? distance - (*base)(p) : distance);
       if (farthest > limit) {
         too_far = p;

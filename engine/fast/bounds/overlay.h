@@ -93,7 +93,7 @@ class Overlay {
     Vec3 origin;
     double value = 0;
     Vec3 slope = Vec3::Zero();
-    double operator()(const Vec3& x) const { return value + slope.dot(x - origin); }
+    double operator()(const Vec3& x) const { return value + dot(slope, x - origin); }
   };
   static constexpr double kMostSlope = 2;
 

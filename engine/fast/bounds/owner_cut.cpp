@@ -108,7 +108,7 @@ OwnerCut::Verdict OwnerCut::bisect(const Part& part, int depth) {
   std::size_t longest = 0;
   double length_sq = -1;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double here = (part[k].at - part[(k + 1) % 3].at).squaredNorm();
+    const double here = squared_norm(part[k].at - part[(k + 1) % 3].at);
     if (here > length_sq) longest = k, length_sq = here;
   }
   const Point &a = part[longest], &b = part[(longest + 1) % 3], &c = part[(longest + 2) % 3];

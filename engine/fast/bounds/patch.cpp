@@ -23,7 +23,7 @@ constexpr std::array kInnerWeights{0.375, 0.34375, 0.28125};  // uneven: B's edg
 PatchFrame frame_along(const Vec3& direction, const Vec3& origin, bool mirrored) {
   int least = 0;
   direction.cwiseAbs().minCoeff(&least);
-  const Vec3 first = Vec3::Unit(least).cross(direction).normalized();
+  const Vec3 first = normalized(Vec3::Unit(least).cross(direction));
   const Vec3 second = mirrored ? Vec3(first.cross(direction)) : Vec3(direction.cross(first));
   PatchFrame frame;
   for (int k = 0; k < 3; ++k) {
@@ -129,7 +129,7 @@ void Patch::take_normals(MeshView from, std::span<const std::uint32_t> triangles
   for (const std::uint32_t t : triangles) {
     const Vec3& a = from.corner(t, 0);
     const Vec3 normal = (from.corner(t, 1) - a).cross(from.corner(t, 2) - a);
-    const double length = normal.norm();
+    const double length = norm(normal);
     normals_.push_back(length > rounding::kPatchSmallest ? Vec3(normal / length) : Vec3(Vec3::Zero()));
   }
 }
@@ -142,13 +142,13 @@ bool Patch::next_group(MeshView from, std::span<const std::uint32_t> triangles) 
     group_.members.clear();
     Vec3 sum = Vec3::Zero();
     for (std::size_t i = first; i < normals_.size(); ++i) {
-      if (!(normals_[i].dot(like) > kSimilar)) continue;
+      if (!(dot(normals_[i], like) > kSimilar)) continue;
       group_.members.push_back(i);
       sum += normals_[i];
       normals_[i].setZero();
     }
     if (group_.members.size() < min_group_) continue;
-    group_.direction = sum.normalized();
+    group_.direction = normalized(sum);
     group_.box = Box();
     for (const std::size_t i : group_.members) {
       for (int k = 0; k < 3; ++k) group_.box.extend(from.corner(triangles[i], k));

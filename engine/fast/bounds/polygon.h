@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <initializer_list>
 
-#include <Eigen/Core>
+#include "engine/vector.h"
 
 namespace meshgauge {
 
@@ -22,7 +22,7 @@ struct HalfPlane {
   double scale;
 
   // Signed distance times the length of `inward`.
-  double weighted_distance(const Vec2& x) const { return inward.dot(x - origin); }
+  double weighted_distance(const Vec2& x) const { return dot(inward, x - origin); }
   // Whether x is at least `offset` inside, or outside. Both err towards no for offsets above the rounding of 32u.
   bool surely_inside(const Vec2& x, double offset) const { return weighted_distance(x) > offset * scale; }
   bool surely_outside(const Vec2& x, double offset) const { return weighted_distance(x) < -offset * scale; }

@@ -70,11 +70,13 @@ std::string array_of(unsigned type, const std::vector<T>& elements) {
   return bytes;
 }
 
-// Defaults of the connection string: a server that is gone is noticed within seconds.
+// Defaults of the connection string: a server that is gone is noticed within seconds. libpq otherwise looks for tickets
+// of Kerberos before each connection, and its library crashes where memory ends then.
 constexpr std::array kDefaults = {
     std::pair("connect_timeout", "2"),     std::pair("keepalives_idle", "5"),
     std::pair("keepalives_interval", "2"), std::pair("keepalives_count", "3"),
     std::pair("tcp_user_timeout", "6000"), std::pair("fallback_application_name", "meshgauge"),
+    std::pair("gssencmode", "disable"),
 };
 
 // The settings of each session. Plans must not depend on PostgreSQL's estimates of row counts: every table is read,

@@ -41,6 +41,13 @@ class Arena:
 
     # --- exchanges ---
 
+    @staticmethod
+    def send(connection, data, send=at_once):
+        """Sends all of it, or until it is refused, as where this machine is too slow for a time limit: the answer is
+        there nevertheless."""
+        with contextlib.suppress(OSError):
+            send(connection, data)
+
     def exchange(self, data, answers, send=at_once):
         """Sends bytes and asserts the answers to them, each a status or several that may be. After the last one the
         connection is closed if it said so; else the next request on it is answered as if nothing had been before."""
@@ -58,8 +65,7 @@ class Arena:
 
     def _attempt(self, data, answers, send):
         with self.connect() as connection:
-            with contextlib.suppress(OSError):  # refused while it is sent: the answer is there nevertheless
-                send(connection, data)
+            self.send(connection, data, send)
             stream, answer = connection.makefile("rb"), None
             for allowed in answers:
                 allowed = allowed if isinstance(allowed, tuple) else (allowed,)
@@ -88,8 +94,7 @@ class Arena:
         """The answer to one request."""
         def attempt():
             with self.connect(source) as connection:
-                with contextlib.suppress(OSError):
-                    connection.sendall(self.filled(data))
+                self.send(connection, self.filled(data))
                 answer = self.read(connection.makefile("rb"))
             demand(answer is not None, "no answer to", data[:200])
             if answer.status in BUSY and answer.status not in allowed:

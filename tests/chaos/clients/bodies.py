@@ -137,7 +137,7 @@ def whole(arena, data, send):
     """A comparison that is right however it is cut into packets."""
     def attempt():
         with arena.connect() as connection:
-            send(connection, arena.filled(data))
+            arena.send(connection, arena.filled(data), send)
             answer = arena.read(connection.makefile("rb"))
         if answer is None or answer.status in (408, 429, 503):
             return None
@@ -170,12 +170,12 @@ def expected(arena, head, body, statuses, sent_at_once=False):
     def attempt():
         with arena.connect() as connection:
             stream = connection.makefile("rb")
-            connection.sendall(arena.filled(head) + (body if sent_at_once else b""))
+            arena.send(connection, arena.filled(head) + (body if sent_at_once else b""))
             if not sent_at_once:
                 line = stream.readline()
                 if line.startswith(b"HTTP/1.1 100"):
                     demand(stream.readline() == b"\r\n", "an interim answer of more than a line")
-                    connection.sendall(body)
+                    arena.send(connection, body)
                 elif line:
                     status = int(line.split()[1])
                     return None if status in (408, 429, 503) else demand(status in statuses, status) or True
@@ -240,7 +240,7 @@ def _(arena):
     def attempt():
         with arena.connect() as connection:
             heights = [1, 3, 5, 2]
-            connection.sendall(arena.filled(b"".join(comparison(0, height) for height in heights)))
+            arena.send(connection, arena.filled(b"".join(comparison(0, height) for height in heights)))
             stream = connection.makefile("rb")
             answers = [arena.read(stream) for _ in heights]
         if any(answer is None or answer.status in (408, 429, 503) for answer in answers):

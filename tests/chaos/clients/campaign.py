@@ -22,7 +22,7 @@ MOST_MS, MOST_RATIO = 100, 5  # p99 of a health check beside attacks; on a machi
 MOST_KB, MOST_SHARE = 16 << 10, 0.1  # that the memory may grow from the warm-up to the end
 SETTLE_SECONDS = 90  # what is freed goes back to the system every 30 s
 OWN_CONNECTIONS = 4
-MOST_DESCRIPTORS = 8  # as a reader or a database may open one more
+MOST_DESCRIPTORS = 24  # the store keeps up to eight connections for reading, of three files each
 LEAST_SERVED, LEAST_ACTS = 0.5, 10
 
 

@@ -23,7 +23,7 @@ def late(arena, start, rest, pause):
     """What arrives too slowly is answered 408, though a byte comes each `pause` seconds all the while."""
     def attempt():
         with arena.connect(silent=True) as connection:
-            connection.sendall(arena.filled(start))
+            arena.send(connection, arena.filled(start))
             with contextlib.suppress(OSError):
                 for i in range(len(rest)):
                     connection.sendall(rest[i:i + 1])
@@ -136,7 +136,7 @@ for name, stop in STOPS.items():
     def _(arena, stop=stop):
         def attempt():
             with arena.connect() as connection:
-                connection.sendall(arena.filled(WHOLE)[:stop])
+                arena.send(connection, arena.filled(WHOLE)[:stop])
                 half_close(connection)
                 answer = arena.read(connection.makefile("rb"))
             if answer is None and (stop == 0 or arena.variant.tls):  # TLS whose end is not said is broken

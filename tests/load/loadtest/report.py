@@ -10,8 +10,6 @@ import sys
 
 from harness import text
 
-from .soak import verdict
-
 MARKED = re.compile(r"(<!-- load: (\w+) -->\n).*?(<!-- end of load -->)", re.DOTALL)
 SECOND, MEBIBYTE = 1.0, 1 << 20
 MOST_TO_REFUSE = 0.020
@@ -90,21 +88,32 @@ def _met(yes):
     return "met" if yes else "**missed**"
 
 
+SOAKED = {
+    "memory": ("memory of all processes, MiB", MEBIBYTE), "alone": ("memory of the service alone, MiB", MEBIBYTE),
+    "descriptors": ("descriptors", 1), "threads": ("threads", 1), "processes": ("processes", 1),
+    "rows": ("rows of jobs, meshes and batches", 1), "blobs": ("files of meshes", 1),
+    "log": ("write-ahead log, MiB", MEBIBYTE), "temporary": ("other files", 1),
+}  # fmt: skip
+
+
 def soak(record):
     run = record["soak"]
-    units = {"memory": ("memory of all processes", _mib), "alone": ("memory of the service alone", _mib),
-             "descriptors": ("descriptors", text.rounded), "processes": ("processes", text.rounded)}  # fmt: skip
     rows = []
-    for name, (title, unit) in units.items():
+    for name, (title, unit) in SOAKED.items():
         growth = run["growth"][name]
-        scale = MEBIBYTE if unit is _mib else 1
-        rows.append((title, unit(growth["mean"]), f"{growth['slope'] / scale:+.3g}", f"± {growth['error'] / scale:.2g}",
-                     verdict(growth["slope"], growth["error"])))  # fmt: skip
-    table = text.table(("over the second half", "mean", "growth an hour (MiB, or number)", "standard error", "verdict"), rows)
-    head = (f"{run['minutes']:g} minutes, mixed pairs, {text.rounded(run['rate'])} requests a second; in the second half "
+        first, last, error = (growth[which] / unit for which in ("first", "last", "error"))
+        change = f"{100 * (last - first) / first:+.1f} %" if first else "0"
+        rows.append((title, text.rounded(first), text.rounded(last), change, f"± {error:.2g}", "flat" if growth["flat"] else "**grows**"))
+    table = text.table(("mean", "first quarter", "last quarter", "change", "standard error", "verdict"), rows)
+    head = (f"{run['minutes']:g} minutes after a warm-up, mixed pairs, {text.rounded(run['rate'])} requests a second: "
             f"{text.count(run['accepted'])} answered, {text.count(run['refused'])} refused, neither: {_others(run)}; "
-            f"p50 {_seconds(run['p50'])}, p99 {_seconds(run['p99'])}.")  # fmt: skip
+            f"p50 {_seconds(run['p50'])}, p99 {_seconds(run['p99'])}. Beside them {_counted(run['company'])}; "
+            f"{text.count(run['promised'].get('intervals', 0))} intervals looked at; violations: {len(run['violations'])}.")  # fmt: skip
     return head + "\n\n" + table
+
+
+def _counted(counts):
+    return ", ".join(f"{text.count(number)} {what}" for what, number in counts.items())
 
 
 def machine(record):

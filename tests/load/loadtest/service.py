@@ -83,23 +83,24 @@ def _memory(pid):
 
 
 def look(pid):
-    """Memory of all processes and of the service alone, descriptors and processor time of the service."""
+    """Memory of all processes and of the service alone; descriptors, threads and processor time of the service."""
     processes = family(pid)
     ticks = (pathlib.Path(f"/proc/{pid}/stat").read_text()).rsplit(")", 1)[1].split()
     return {
         "alone": _memory(pid),
         "memory": sum(map(_memory, processes)),
         "descriptors": len(os.listdir(f"/proc/{pid}/fd")),
+        "threads": len(os.listdir(f"/proc/{pid}/task")),
         "processes": len(processes),
         "cpu": (int(ticks[11]) + int(ticks[12])) / os.sysconf("SC_CLK_TCK"),
     }
 
 
 class Watch:
-    """Samples the service every `period` seconds, on a thread, while a block runs."""
+    """Samples the service every `period` seconds, on a thread, while a block runs. `more()` adds to each sample."""
 
-    def __init__(self, pid, period=1.0):
-        self.pid, self.period = pid, period
+    def __init__(self, pid, period=1.0, more=dict):
+        self.pid, self.period, self.more = pid, period, more
         self.rows = []
         self._end = threading.Event()
 
@@ -116,7 +117,7 @@ class Watch:
     def _run(self):
         while True:
             with contextlib.suppress(OSError):
-                self.rows.append({"at": time.monotonic() - self._start, **look(self.pid)})
+                self.rows.append({"at": time.monotonic() - self._start, **look(self.pid), **self.more()})
             if self._end.wait(self.period):
                 return
 
