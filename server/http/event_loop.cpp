@@ -249,7 +249,10 @@ void EventLoop::read_inbox() {
 void EventLoop::end_if_stopping() {
   const bool aborts = aborting() && !std::exchange(told_abort_, aborting());
   const bool stops = stopping() && !std::exchange(told_stop_, stopping());
-  if (stops) tell(epoll_.get(), EPOLL_CTL_DEL, listener_.get(), kListener, 0);
+  if (stops) {
+    tell(epoll_.get(), EPOLL_CTL_DEL, listener_.get(), kListener, 0);
+    listener_.close();  // refuses new clients at once: in the queue of an open socket they would wait until the end
+  }
   if (!stops && !aborts) return;
   std::vector<Id> all;
   for (const auto& [id, source] : sources_) all.push_back(id);

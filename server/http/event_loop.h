@@ -87,7 +87,7 @@ class EventLoop {
   // Serves the listening socket until stop(), or until the socket fails, and the connections until the last has ended.
   void run(Descriptor listener);
 
-  void stop();   // accepts no more connections. Thread safe, as all that follows
+  void stop();   // refuses new connections. Thread safe, as all that follows
   void abort();  // waits for no client any more
   bool stopping() const { return stopping_.load(); }
   bool aborting() const { return aborting_.load(); }

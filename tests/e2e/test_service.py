@@ -280,6 +280,23 @@ class End(unittest.TestCase):
             thread.join()
         self.assertEqual(len(answers), 2)
 
+    def test_new_clients_are_refused_while_requests_finish(self):
+        """A proxy turns to another front end at once, as in a rolling upgrade."""
+        server, threads, answers = self.busy_server("--grace-ms", "100000")
+        server.process.send_signal(signal.SIGTERM)
+
+        def refuses():
+            try:
+                server.connect().close()
+            except ConnectionRefusedError:
+                return True
+            return False
+        until(refuses)
+        self.assertLess(len(answers), 2)
+        self.assertEqual(server.stop(signal.SIGINT), 0)
+        for thread in threads:
+            thread.join()
+
     def test_idle_and_dribbling_connections_do_not_delay_the_end(self):
         server = Server("--grace-ms", "300")
         connections = [server.connect() for _ in range(3)]

@@ -131,7 +131,8 @@ class Upgrade:
         self.handed_over = self.query("SELECT count(*) FROM jobs WHERE excused > 0")
         self.stall = longest_stall(self.ledger.answered.found, [])
         if self.stall > STALL_SECONDS:
-            self.ledger.violated("no answers for %.1f s" % self.stall)
+            at = [round(start - self.began) for start, end in self.ledger.answered.found if end - start > STALL_SECONDS]
+            self.ledger.violated("no answers for %.1f s, at %s s" % (self.stall, at))
         for one in self.fleet.all():
             one.stop()
 
