@@ -357,8 +357,9 @@ void Batches::events(Exchange& exchange) {
     next = now + kEventGap;
     const auto batch = batches_.get_batch(key);
     if (!batch) return next;  // the store may be back at the next look
-    if (!*batch || (*batch)->finished) {
-      const auto last = *batch ? document(**batch) : Result<std::string>("null");
+    if (!*batch) return std::nullopt;  // deleted
+    if ((*batch)->finished) {
+      const auto last = document(**batch);
       if (!last) return next;
       piece = event("end", *last);
       return std::nullopt;

@@ -333,14 +333,14 @@ void Comparisons::events(Exchange& exchange) {
   follow_events(exchange, jobs_.watch(**first), place);
 }
 
-// Null: the job has ended. Its last row is then the only event.
+// Null: the job has ended. Its last row is then the only event; none, if it was deleted or cannot be read.
 void Comparisons::follow_events(Exchange& exchange, const std::shared_ptr<LiveJob>& job,
                                 const std::shared_ptr<const void>& place) {
   Response& response = exchange.response;
   if (!job) {
     response.stream = [this, key = job_key_of(exchange), place](std::string& piece) {
       const auto last = jobs_.get(key);
-      piece = last && *last ? event("end", to_json(**last)) : event("end", "null");
+      if (last && *last) piece = event("end", to_json(**last));
       return std::optional<Clock::time_point>();
     };
     return;

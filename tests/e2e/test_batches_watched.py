@@ -81,6 +81,28 @@ class Watched(unittest.TestCase):
             self.assertEqual(server.send("DELETE", path).status, 204)
             self.assertFalse(connection.makefile("rb").read().endswith(b"0\r\n\r\n"))  # it does not pass for complete
 
+    def test_deleted_while_watched(self):
+        """The stream looks twice a second: the batch is mostly gone when it looks again. Never is its end told as null."""
+        server = self.start()
+        path = accepted(submit(server, slow_pairs(server, 1)))
+        with server.connect() as connection:
+            connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path.encode())
+            until(lambda: b"event: progress" in connection.recv(1 << 16, socket.MSG_PEEK))
+            until(lambda: server.send("DELETE", path).status == 204)
+            told = list(events_of(read_answer(connection.makefile("rb")).body))
+        self.assertLessEqual({event["state"] for name, event in told if name == "end"}, {"cancelled"})
+
+    def test_a_comparison_deleted_while_its_watching_begins(self):
+        server = self.start()
+        for _ in range(50):
+            path = server.compare(extra="Prefer: wait=60\r\n").headers["location"]
+            with server.connect() as connection:
+                connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path.encode())
+                self.assertEqual(server.send("DELETE", path).status, 204)
+                answer = read_answer(connection.makefile("rb"))
+            if answer.status == 200:
+                self.assertLessEqual({event["state"] for _, event in events_of(answer.body)}, {"done"})
+
     def test_its_comparisons_watched(self):
         with tempfile.TemporaryDirectory() as folder:
             server = self.start("--data-dir", folder)
