@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/base/utc.h"
+#include "server/base/heap.h"
 #include "server/observe/log.h"
 
 namespace meshgauge::server {
