@@ -356,7 +356,7 @@ void Batches::events(Exchange& exchange) {
     if (now < next) return next;
     next = now + kEventGap;
     const auto batch = batches_.get_batch(key);
-    if (!batch) return next;  // the store may be back at the next look
+    if (!batch) return next;           // the store may be back at the next look
     if (!*batch) return std::nullopt;  // deleted
     if ((*batch)->finished) {
       const auto last = document(**batch);
