@@ -168,7 +168,7 @@ store::NewBatch compose(const BatchHead& head, const api::BatchRequest& request,
 
 }  // namespace
 
-Batches::Batches(const Settings& settings, const Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads,
+Batches::Batches(const Settings& settings, const Jobs& jobs, const Stores& stores, Access& access, ByteBudget& uploads,
                  ConnectionLimit& watchers)
     : settings_(settings),
       jobs_(jobs),

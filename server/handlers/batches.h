@@ -29,7 +29,7 @@ class Batches {
 
   // Borrows all but the first. Precondition: stores.batches is not null. `jobs`: when they stop, event streams and
   // waits end, and clients reconnect elsewhere. `watchers`: limits clients that occupy a connection for long.
-  Batches(const Settings& settings, const Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads,
+  Batches(const Settings& settings, const Jobs& jobs, const Stores& stores, Access& access, ByteBudget& uploads,
           ConnectionLimit& watchers);
 
   // Each may throw: out of memory. `draining`: refuse new batches.

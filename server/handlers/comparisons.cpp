@@ -76,7 +76,8 @@ struct Comparisons::Waiting {
   std::shared_ptr<const void> listening;
 };
 
-Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads)
+Comparisons::Comparisons(const Settings& settings, Jobs& jobs, const Stores& stores, Access& access,
+                         ByteBudget& uploads)
     : settings_(settings),
       jobs_(jobs),
       stores_(stores),

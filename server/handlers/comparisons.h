@@ -21,7 +21,7 @@ namespace meshgauge::server {
 class Comparisons {
  public:
   // Borrows all but the first. `uploads`: the byte budget of all uploads of the service.
-  Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads);
+  Comparisons(const Settings& settings, Jobs& jobs, const Stores& stores, Access& access, ByteBudget& uploads);
 
   // Each may throw: out of memory.
   void create(Exchange& exchange);

@@ -89,7 +89,7 @@ class Deviations::Watching {
   const std::shared_ptr<Making> making_;
 };
 
-Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics,
+Deviations::Deviations(const Settings& settings, Jobs& jobs, const Stores& stores, Access& access, Metrics& metrics,
                        MeshLoader& loader)
     : settings_(settings),
       jobs_(jobs),

@@ -26,7 +26,8 @@ namespace meshgauge::server {
 class Deviations {
  public:
   // Borrows all but the first. Precondition: stores.maps is not null.
-  Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics, MeshLoader& loader);
+  Deviations(const Settings& settings, Jobs& jobs, const Stores& stores, Access& access, Metrics& metrics,
+             MeshLoader& loader);
 
   ~Deviations();  // waits for running tasks. Precondition: no call of get() is running
   Deviations(const Deviations&) = delete;

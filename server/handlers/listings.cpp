@@ -92,7 +92,7 @@ Json json_of_row(const store::ListedBatch& row) {
 
 }  // namespace
 
-Listings::Listings(const Settings& settings, Stores stores, Access& access)
+Listings::Listings(const Settings& settings, const Stores& stores, Access& access)
     : settings_(settings), stores_(stores), access_(access) {}
 
 // Asks for one row more than the page has: whether there is a next page.

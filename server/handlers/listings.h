@@ -18,7 +18,7 @@ namespace meshgauge::server {
 class Listings {
  public:
   // Borrows all but the first. Precondition: stores.listings is not null.
-  Listings(const Settings& settings, Stores stores, Access& access);
+  Listings(const Settings& settings, const Stores& stores, Access& access);
 
   // Each may throw: out of memory.
   void meshes(Exchange& exchange);

@@ -62,7 +62,7 @@ Json mesh_json(const MeshRow& row) {
           {"expires", to_text(row.expires)}};
 }
 
-Meshes::Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads)
+Meshes::Meshes(const Settings& settings, const Stores& stores, Access& access, ByteBudget& uploads)
     : settings_(settings), stores_(stores), access_(access), uploads_(uploads) {}
 
 void Meshes::put(Exchange& exchange) {

@@ -18,7 +18,7 @@ api::Json mesh_json(const store::MeshRow& row);
 class Meshes {
  public:
   // Borrows all but the first. `uploads`: the byte budget of all uploads of the service.
-  Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads);
+  Meshes(const Settings& settings, const Stores& stores, Access& access, ByteBudget& uploads);
 
   // Each may throw: out of memory. Files are stored without being read; a comparison reports what is wrong with them.
   void put(Exchange& exchange);

@@ -82,7 +82,7 @@ Denial removed_just_now() {
 
 }  // namespace
 
-Jobs::Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& access, Metrics& metrics)
+Jobs::Jobs(const Settings& settings, MeshLoader& loader, const Stores& stores, Access& access, Metrics& metrics)
     : settings_(settings),
       stores_(stores),
       access_(access),

@@ -54,7 +54,7 @@ class Jobs final : private Watcher::Listener {
   using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, Denial>;
 
   // Borrows all but the first. Listens to the stores' signals during its lifetime.
-  Jobs(const Settings& settings, MeshLoader& loader, Stores stores, Access& access, Metrics& metrics);
+  Jobs(const Settings& settings, MeshLoader& loader, const Stores& stores, Access& access, Metrics& metrics);
   ~Jobs() override;  // as stop()
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;

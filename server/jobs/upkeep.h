@@ -55,7 +55,8 @@ class SweepGuard {
 class Upkeep {
  public:
   // Borrows all but the first.
-  Upkeep(const Settings& settings, Stores stores, StoreErrors& store_errors, SweepGuard::Uptime uptime = system_uptime)
+  Upkeep(const Settings& settings, const Stores& stores, StoreErrors& store_errors,
+         SweepGuard::Uptime uptime = system_uptime)
       : settings_(settings),
         stores_(stores),
         store_errors_(store_errors),

@@ -26,7 +26,7 @@ MapCache::Settings map_settings(const Settings& settings, const std::string& dat
 
 }  // namespace
 
-Service::Service(const Settings& settings, MeshLoader& loader, Stores stores)
+Service::Service(const Settings& settings, MeshLoader& loader, const Stores& stores)
     : settings_(settings),
       stores_(stores),
       access_(settings.keys_file),

@@ -32,7 +32,7 @@ class Service {
  public:
   // Precondition: settings come from checked(). Borrows the loader and the stores. Without stores.maps there are
   // no routes for deviation maps, without stores.batches none for batches.
-  Service(const Settings& settings, MeshLoader& loader, Stores stores);
+  Service(const Settings& settings, MeshLoader& loader, const Stores& stores);
   ~Service();  // as shutdown() without a grace period
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;

@@ -59,7 +59,7 @@ void log_end(const JobView& job, const std::string& which) {
 
 }  // namespace
 
-Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
+Worker::Worker(const Settings& settings, const Stores& stores, const Measuring& measuring, Scheduler& scheduler,
                StoreErrors& store_errors, Metrics& metrics, WorkerOptions options)
     : settings_(settings),
       stores_(stores),

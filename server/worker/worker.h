@@ -48,7 +48,7 @@ struct WorkerOptions {
 class Worker final : private PendingResults::Listener {
  public:
   // Borrows all but settings and options. The scheduler must end after the worker.
-  Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
+  Worker(const Settings& settings, const Stores& stores, const Measuring& measuring, Scheduler& scheduler,
          StoreErrors& store_errors, Metrics& metrics, WorkerOptions options);
   ~Worker() override;  // as stop()
   Worker(const Worker&) = delete;
