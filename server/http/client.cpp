@@ -90,6 +90,14 @@ bool Client::spare() const {
   return phase_ < Phase::signing || phase_ > Phase::waiting;  // what is between may belong to another thread
 }
 
+Clock::time_point Client::stalled_since() const {
+  return phase_ == Phase::sending ? sending_since_ : Clock::time_point::max();
+}
+
+void Client::give_way() {
+  if (phase_ == Phase::sending) serving_->end(false);
+}
+
 // A client whose request arrives at this moment is told; one that waits for a response gets it.
 void Client::stop() {
   if (phase_ == Phase::hello || phase_ == Phase::idle) return close();
@@ -234,6 +242,7 @@ void Client::go_on() {
 void Client::apply(const Serving::State& state) {
   if (const auto* step = std::get_if<Step>(&state)) {
     begin(serving_->receiving() ? Phase::body : Phase::sending, serving_->deadline());
+    sending_since_ = Clock::now();
     return loop().aborting() ? stop() : await(*step);
   }
   if (const auto* due = std::get_if<Clock::time_point>(&state)) {

@@ -31,6 +31,8 @@ class Client final : public EventLoop::Source {
   void take(EventLoop::Message message) override;
   void stop() override;
   bool spare() const override;
+  Clock::time_point stalled_since() const override;
+  void give_way() override;
 
  private:
   using Step = Transport::Step;
@@ -74,6 +76,7 @@ class Client final : public EventLoop::Source {
   Edge& edge_;
   Connection connection_;
   Phase phase_ = Phase::idle;
+  Clock::time_point sending_since_{};          // of the phase `sending`, which progress begins anew
   double handshakes_left_ = 0;                 // of its address, when this one was admitted
   Step step_ = Step::closed;                   // of the handshake, from its pool's thread for the loop
   std::unique_ptr<Serving> serving_;           // of the request that is being served

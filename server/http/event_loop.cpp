@@ -26,6 +26,7 @@ constexpr int kMostAccepted = 256;      // in one round, so that requests do not
 constexpr int kManyRefused = 8;
 constexpr milliseconds kRefusedWithin{10};
 constexpr milliseconds kGather{2};
+constexpr milliseconds kStalled{1'000};
 constexpr std::size_t kShareUnfinished = 4;  // one in so many may be unfinished before these give way first
 
 bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
@@ -225,16 +226,25 @@ void EventLoop::add(Descriptor socket) {
   call(id, [](Source& source) { source.start(); });
 }
 
+// Returns end() if none has stalled for a second.
+std::map<EventLoop::Id, std::unique_ptr<EventLoop::Source>>::iterator EventLoop::longest_stalled() {
+  const auto since = [](const auto& entry) { return entry.second->stalled_since(); };
+  const auto found = std::ranges::min_element(sources_, {}, since);
+  return found != sources_.end() && since(*found) <= Clock::now() - kStalled ? found : sources_.end();
+}
+
 // Closes the oldest connection that serves no request; while more than a quarter have not shaken hands yet, the oldest
 // of these: connections that cost their clients nothing take no more than that from others, and those that do shake
-// hands find room beside idle ones. False: there is neither.
+// hands find room beside idle ones. Where all serve a request, the one whose client has taken nothing for longest.
+// False: there is none.
 bool EventLoop::drop_one() {
   const auto is_spare = [](const auto& entry) { return entry.second->spare(); };
   const bool many = unfinished_.size() > sources_.size() / kShareUnfinished;
-  const auto found =
-      many ? sources_.find(*unfinished_.begin()) : std::find_if(sources_.begin(), sources_.end(), is_spare);
+  auto found = many ? sources_.find(*unfinished_.begin()) : std::find_if(sources_.begin(), sources_.end(), is_spare);
+  if (found == sources_.end()) found = longest_stalled();
   if (found == sources_.end()) return false;
   ++dropped_;
+  found->second->give_way();
   forget(found->first);
   return true;
 }

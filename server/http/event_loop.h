@@ -53,7 +53,12 @@ class EventLoop {
     virtual void late() = 0;                 // its deadline has passed
     virtual void take(Message message) = 0;  // from the inbox
     virtual void stop() = 0;                 // the service stops; aborting(): no client is waited for any more
-    virtual bool spare() const = 0;          // may be closed when connections run out: no request is being served
+    // Asked of when connections run out: it may be closed, since no request is being served.
+    virtual bool spare() const = 0;
+    // The same of one that is not spare: since when its client has taken nothing of a response; max(): it takes, or
+    // there is none. It may be closed after give_way().
+    virtual Clock::time_point stalled_since() const { return Clock::time_point::max(); }
+    virtual void give_way() {}
 
    protected:
     int fd() const { return socket_.get(); }
@@ -80,8 +85,8 @@ class EventLoop {
   using Make = std::function<std::unique_ptr<Source>(Id id, Descriptor socket)>;
 
   // `make`: makes the connection of an accepted socket. `most`: number of connections; beyond it the oldest that is
-  // spare gives way (of those that are unfinished, while these are more than a quarter), and a new one is closed if
-  // there is none.
+  // spare gives way (of those that are unfinished, while these are more than a quarter); else the one that has stalled
+  // for longest, a second at least; and a new one is closed if there is none.
   EventLoop(Make make, std::size_t most);
 
   // Serves the listening socket until stop(), or until the socket fails, and the connections until the last has ended.
@@ -99,6 +104,7 @@ class EventLoop {
   bool accept_some();
   void add(Descriptor socket);
   bool drop_one();
+  std::map<Id, std::unique_ptr<Source>>::iterator longest_stalled();
   void read_inbox();
   void end_if_stopping();
   void scan(Clock::time_point now);

@@ -54,7 +54,8 @@ class Arena:
         self.patiently(lambda: self._attempt(self.filled(data), answers, send))
 
     def patiently(self, attempt):
-        """Repeats until it is not None, which stands for a refusal by a busy service; returns what it is then."""
+        """Repeats until it is not None, which stands for a refusal by a busy service, or for a connection that was closed
+        without an answer where descriptors are few (docs/operations.md); returns what it is then."""
         for _ in range(TRIES):
             self.tries += 1
             found = attempt()
@@ -70,6 +71,8 @@ class Arena:
             for allowed in answers:
                 allowed = allowed if isinstance(allowed, tuple) else (allowed,)
                 answer = self.read(stream)
+                if answer is None and self.variant.descriptors:
+                    return None
                 demand(answer is not None, "closed in place of", allowed)
                 if answer.status in BUSY and answer.status not in allowed:
                     return None
@@ -96,6 +99,8 @@ class Arena:
             with self.connect(source) as connection:
                 self.send(connection, self.filled(data))
                 answer = self.read(connection.makefile("rb"))
+            if answer is None and self.variant.descriptors:
+                return None
             demand(answer is not None, "no answer to", data[:200])
             if answer.status in BUSY and answer.status not in allowed:
                 return None
