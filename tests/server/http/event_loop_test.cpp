@@ -21,7 +21,6 @@
 
 using meshgauge::Descriptor;
 using meshgauge::eventually;
-using meshgauge::server::Clock;
 using meshgauge::server::EventLoop;
 using namespace std::chrono_literals;
 
@@ -47,7 +46,7 @@ class SilentSource final : public EventLoop::Source {
 // A connection that serves a request, whose client has taken nothing since then.
 class StalledSource final : public EventLoop::Source {
  public:
-  StalledSource(EventLoop& loop, EventLoop::Id id, Descriptor socket, Clock::time_point since,
+  StalledSource(EventLoop& loop, EventLoop::Id id, Descriptor socket, EventLoop::Clock::time_point since,
                 std::atomic<int>& gave_way)
       : Source(loop, id, std::move(socket)), since_(since), gave_way_(gave_way) {}
 
@@ -57,11 +56,11 @@ class StalledSource final : public EventLoop::Source {
   void take(EventLoop::Message) override {}
   void stop() override { close(); }
   bool spare() const override { return false; }
-  Clock::time_point stalled_since() const override { return since_; }
+  EventLoop::Clock::time_point stalled_since() const override { return since_; }
   void give_way() override { ++gave_way_; }
 
  private:
-  const Clock::time_point since_;
+  const EventLoop::Clock::time_point since_;
   std::atomic<int>& gave_way_;
 };
 
@@ -126,9 +125,9 @@ TEST_CASE("event loop: connections that have not shaken hands give way first whi
 }
 
 TEST_CASE("event loop: where all serve a request, the one whose client has stalled for longest gives way") {
-  constexpr auto kNever = Clock::time_point::max();
-  const auto now = Clock::now();
-  const std::vector<Clock::time_point> since{now - 5s, kNever, now - 9s, kNever, kNever, kNever};
+  constexpr auto kNever = EventLoop::Clock::time_point::max();
+  const auto now = EventLoop::Clock::now();
+  const std::vector<EventLoop::Clock::time_point> since{now - 5s, kNever, now - 9s, kNever, kNever, kNever};
   std::size_t made = 0;
   std::atomic<int> gave_way = 0;
   const Crowd crowd(
