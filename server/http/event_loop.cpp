@@ -26,7 +26,7 @@ constexpr int kMostAccepted = 256;      // in one round, so that requests do not
 constexpr int kManyRefused = 8;
 constexpr milliseconds kRefusedWithin{10};
 constexpr milliseconds kGather{2};
-constexpr milliseconds kStalled{1'000};
+constexpr milliseconds kStalled{1'000};      // by which a client may be late before another one gets its place
 constexpr std::size_t kShareUnfinished = 4;  // one in so many may be unfinished before these give way first
 
 bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
@@ -227,7 +227,7 @@ void EventLoop::add(Descriptor socket) {
 }
 
 // Returns end() if none has stalled for a second.
-std::map<EventLoop::Id, std::unique_ptr<EventLoop::Source>>::iterator EventLoop::longest_stalled() {
+EventLoop::Sources::iterator EventLoop::longest_stalled() {
   const auto since = [](const auto& entry) { return entry.second->stalled_since(); };
   const auto found = std::ranges::min_element(sources_, {}, since);
   return found != sources_.end() && since(*found) <= Clock::now() - kStalled ? found : sources_.end();

@@ -101,10 +101,12 @@ class EventLoop {
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
 
  private:
+  using Sources = std::map<Id, std::unique_ptr<Source>>;  // the oldest first
+
   bool accept_some();
   void add(Descriptor socket);
   bool drop_one();
-  std::map<Id, std::unique_ptr<Source>>::iterator longest_stalled();
+  Sources::iterator longest_stalled();
   void read_inbox();
   void end_if_stopping();
   void scan(Clock::time_point now);
@@ -120,8 +122,8 @@ class EventLoop {
   const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
   const Descriptor epoll_;
   Descriptor listener_;
-  std::map<Id, std::unique_ptr<Source>> sources_;  // the oldest first
-  std::set<Id> unfinished_;                        // of them
+  Sources sources_;
+  std::set<Id> unfinished_;  // of them
   std::vector<Id> soon_;
   Id last_id_;
   Clock::time_point next_scan_ = Clock::time_point::max();  // the earliest deadline, or later by kScanGap

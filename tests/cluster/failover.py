@@ -48,8 +48,8 @@ def once(cluster, number, dice, shape):
     """One kill on a database of its own; a line of figures."""
     name = "failover%d" % number
     cluster.wait_whole()
-    cluster.query("CREATE DATABASE " + name)
-    cluster.query(SLOWLY, name)
+    cluster.ask("CREATE DATABASE " + name)
+    cluster.ask(SLOWLY, name)
     fleet = Fleet(types.SimpleNamespace(path=cluster.scratch.folder(name)), cluster.url(name))
     processes = [fleet.add(verb) for verb in ("serve", "serve", "worker", "worker")]
     with concurrent.futures.ThreadPoolExecutor(len(processes)) as pool:
@@ -62,7 +62,7 @@ def once(cluster, number, dice, shape):
         ended = sum(start.result() for start in starts)
         taken = time.monotonic() - began
     leader.start()
-    found = cluster.query(SHAPE, name)
+    found = cluster.ask(SHAPE, name)
     assert found == shape, "another schema than without a kill:\n%s\n---\n%s" % (found, shape)
     client = Client(fleet.front_ends[0])
     document = client.wait_for(client.begin(0, 3), "done")
@@ -83,9 +83,9 @@ def main():
     with or_skip():
         cluster = Cluster()
     with cluster:
-        cluster.query("CREATE DATABASE whole")
+        cluster.ask("CREATE DATABASE whole")
         migrate(cluster.url("whole"))
-        shape = cluster.query(SHAPE, "whole")
+        shape = cluster.ask(SHAPE, "whole")
         for number in range(1, arguments.kills + 1):
             print("failover: " + once(cluster, number, dice, shape), flush=True)
 

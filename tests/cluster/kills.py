@@ -83,7 +83,7 @@ class Campaign:
         self.ledger, self.returns = Ledger(), []
         url = cluster.url()
         migrate(url)
-        cluster.query(SECOND_RESULTS + PULSE)
+        cluster.ask(SECOND_RESULTS + PULSE)
         self.fleet = Fleet(cluster.scratch, url, FLAGS)
         for _ in range(2):
             self.fleet.add_front_end()
@@ -156,13 +156,13 @@ class Campaign:
             for front_end in self.fleet.front_ends:
                 self.ledger.check(identity, True, front_end.ask("GET", "/v1/comparisons/" + identity))
         known = self.sweeper.look_again(self.fleet.front_ends)
-        kept = set(self.cluster.query("SELECT convert_from(id, 'UTF8') FROM jobs WHERE batch <> ''").split())
+        kept = set(self.cluster.ask("SELECT convert_from(id, 'UTF8') FROM jobs WHERE batch <> ''").split())
         if known != kept:
             self.ledger.violated("comparisons that are no batch's, or are not there: %s" % (known ^ kept))
-        found = self.cluster.query("SELECT * FROM second_results")
+        found = self.cluster.ask("SELECT * FROM second_results")
         if found:
             self.ledger.violated("second results: " + found)
-        rows = self.cluster.query("SELECT count(*) FROM jobs WHERE state NOT IN " + ENDED_STATES)
+        rows = self.cluster.ask("SELECT count(*) FROM jobs WHERE state NOT IN " + ENDED_STATES)
         if rows != "0":
             self.ledger.violated("%s jobs that have not ended" % rows)
         self.check_times()

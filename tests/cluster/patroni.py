@@ -139,6 +139,20 @@ class Cluster:
     def query(self, sql, database=DATABASE):
         return psql(self.binaries, self.url(database), sql)
 
+    def ask(self, sql, database=DATABASE):
+        """query(), as soon as a node takes the connection and writes. What was sent is not repeated."""
+        found = []
+
+        def asked():
+            try:
+                found.append(self.query(sql, database))
+            except subprocess.CalledProcessError as error:
+                if not error.stderr.startswith("psql: error: connection to server at"):
+                    raise
+            return found
+        self._until(asked)
+        return found[0]
+
     def members(self):
         """Name to role, state and lag of all nodes, from the first Patroni that answers."""
         for node in self.nodes:

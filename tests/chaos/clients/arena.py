@@ -64,6 +64,11 @@ class Arena:
             time.sleep(PAUSE)
         raise AssertionError("refused as by a busy service, %d times" % TRIES)
 
+    def is_turned_away(self, answer, *what):
+        """Whether there is no answer, as may be where descriptors are few; elsewhere it is a fault, which `what` tells."""
+        demand(answer is not None or self.variant.descriptors, *what)
+        return answer is None
+
     def _attempt(self, data, answers, send):
         with self.connect() as connection:
             self.send(connection, data, send)
@@ -71,9 +76,8 @@ class Arena:
             for allowed in answers:
                 allowed = allowed if isinstance(allowed, tuple) else (allowed,)
                 answer = self.read(stream)
-                if answer is None and self.variant.descriptors:
+                if self.is_turned_away(answer, "closed in place of", allowed):
                     return None
-                demand(answer is not None, "closed in place of", allowed)
                 if answer.status in BUSY and answer.status not in allowed:
                     return None
                 demand(answer.status in allowed, answer.status, "in place of", allowed, answer.body)
@@ -99,9 +103,8 @@ class Arena:
             with self.connect(source) as connection:
                 self.send(connection, self.filled(data))
                 answer = self.read(connection.makefile("rb"))
-            if answer is None and self.variant.descriptors:
+            if self.is_turned_away(answer, "no answer to", data[:200]):
                 return None
-            demand(answer is not None, "no answer to", data[:200])
             if answer.status in BUSY and answer.status not in allowed:
                 return None
             demand(not allowed or answer.status in allowed, answer.status, "in place of", allowed, answer.body)
